@@ -1,0 +1,33 @@
+//! Decoded points of one octree node.
+
+use glam::DVec3;
+
+use crate::NodeKey;
+
+/// Identity of a node among all point sources of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PointNodeId {
+    /// Index of the source in [`crate::SceneInfo::point_sources`].
+    pub source: u16,
+    /// Address in that source's octree.
+    pub key: NodeKey,
+}
+
+/// The points of one node, as columns of equal length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointChunk {
+    /// Identity.
+    pub id: PointNodeId,
+    /// World position of the local origin.
+    pub origin: DVec3,
+    /// Positions relative to the origin, metres.
+    pub positions: Vec<[f32; 3]>,
+    /// Colours, sRGB; empty where the survey has none.
+    pub colours: Vec<[u8; 3]>,
+    /// Return intensities; empty where the survey has none.
+    pub intensities: Vec<u16>,
+    /// LAS classes.
+    pub classes: Vec<u8>,
+    /// Typical distance between the points of this level, metres: sets the splat size.
+    pub spacing_m: f32,
+}
