@@ -1,1 +1,12 @@
-//! services
+//! Ingest, the store, and the gRPC data services.
+//!
+//! - [`ingest`] turns a survey's files into a scene,
+//! - [`layers`] are the formats in which a scene's parts are stored: each file writes and
+//!   reads one of them,
+//! - [`store`] finds scenes and their objects behind a URL,
+//! - [`grpc`] answers the data services over a store.
+
+pub mod grpc;
+pub mod ingest;
+pub mod layers;
+pub mod store;

@@ -1,0 +1,1 @@
+//! The data services of `flaneur.v1` over a [`crate::store`].

@@ -1,0 +1,11 @@
+//! From a survey's files to a scene.
+//!
+//! Each layer has a folder of its own that reads the survey's formats and writes the layer's
+//! stored form into the job's work folder; what is complete there survives a kill. Publication
+//! then copies the files into the store and writes the manifest last.
+
+mod error;
+mod job;
+
+pub use error::{BadInput, IngestError};
+pub use job::{Job, NoProgress, Progress, Stage, Unit, Warning};

@@ -1,0 +1,6 @@
+//! The stored formats of a scene's layers, each a standard one that can be read without
+//! Flaneur: FlatGeobuf for footprints and panoramas, GeoTIFF for the ground, COPC for points,
+//! JPEG pyramids for photographs.
+//!
+//! A layer's file holds both its writer, used by [`crate::ingest`], and its reader, used by
+//! [`crate::grpc`], so that the two cannot drift apart.
