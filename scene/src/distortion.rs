@@ -237,9 +237,9 @@ fn radial_inverse_scale(k: &[f64], q: f64, limit: f64) -> Option<f64> {
     for _ in 0..200 {
         let error = forward(r) - q;
         if error > 0.0 {
-            high = r
+            high = r;
         } else {
-            low = r
+            low = r;
         }
         if error.abs() <= 1e-15 * q || high - low <= f64::EPSILON * high {
             break;
