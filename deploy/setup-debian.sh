@@ -1,0 +1,47 @@
+#!/bin/sh
+# Installs what building and rendering need and a Debian machine may lack:
+#   a C compiler (some crates carry C), a Vulkan loader, and Mesa's software
+#   driver where no Vulkan driver is installed. With "test": Python's venv and the
+#   packages of the foreign-client test, in target/python-venv.
+# Does nothing, and needs no rights, where everything is there.
+set -eu
+
+command -v cargo >/dev/null || {
+    echo "setup: cargo is missing; install Rust 1.95 or later first" >&2
+    exit 2
+}
+
+packages=""
+command -v cc >/dev/null || packages="$packages build-essential"
+/sbin/ldconfig -p | grep -q 'libvulkan\.so\.1' || packages="$packages libvulkan1"
+if ! ls /usr/share/vulkan/icd.d/*.json /etc/vulkan/icd.d/*.json >/dev/null 2>&1 &&
+    [ -z "${VK_DRIVER_FILES:-}" ]; then
+    packages="$packages mesa-vulkan-drivers"
+fi
+if [ "${1:-}" = test ]; then
+    command -v python3 >/dev/null || packages="$packages python3"
+    python3 -c 'import ensurepip, venv' 2>/dev/null || packages="$packages python3-venv"
+fi
+
+if [ -n "$packages" ]; then
+    echo "setup: installing$packages"
+    as_root=""
+    [ "$(id -u)" = 0 ] || as_root="sudo"
+    # shellcheck disable=SC2086 # the list is meant to be split
+    $as_root apt-get update -qq && $as_root env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -y -qq --no-install-recommends $packages || {
+        echo "setup: could not install$packages; install them by hand and try again" >&2
+        exit 2
+    }
+fi
+
+if [ "${1:-}" = test ]; then
+    venv=target/python-venv
+    stamp="$venv/requirements.installed"
+    if ! cmp -s tests/requirements.txt "$stamp" 2>/dev/null; then
+        echo "setup: installing the Python packages of the foreign-client test"
+        python3 -m venv "$venv"
+        "$venv/bin/pip" install --quiet --disable-pip-version-check -r tests/requirements.txt
+        cp tests/requirements.txt "$stamp"
+    fi
+fi
