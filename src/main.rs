@@ -1,1 +1,46 @@
-fn main() {}
+//! The `flaneur` command: parses the arguments, wires the libraries, starts.
+//!
+//! Results go to stdout, everything else to stderr. Exit codes: see [`exit::Exit`].
+
+mod commands;
+mod exit;
+mod interrupt;
+mod logging;
+mod output;
+mod progress;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use commands::Context;
+
+/// Ingest, serve and render a surveyed street.
+#[derive(Parser)]
+#[command(name = "flaneur", version, propagate_version = true)]
+struct Arguments {
+    #[command(flatten)]
+    logging: logging::LoggingArguments,
+    #[command(subcommand)]
+    command: commands::Command,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let console = progress::Console::new();
+    logging::set_up(&arguments.logging, arguments.command.default_log_level(), &console);
+    let runtime = match tokio::runtime::Runtime::new() {
+        Ok(runtime) => runtime,
+        Err(error) => return exit::Exit::from(error).report(&console),
+    };
+    let outcome = runtime.block_on(async {
+        let context = Context { cancel: interrupt::on_ctrl_c(), console: console.clone() };
+        arguments.command.run(&context).await
+    });
+    // Blocking work that was cancelled ends at its next check; nobody waits for it here.
+    runtime.shutdown_background();
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(exit) => exit.report(&console),
+    }
+}

@@ -1,0 +1,58 @@
+//! One file a subcommand: its arguments, and what it wires together.
+
+mod info;
+mod ingest;
+mod render;
+mod sample;
+mod serve;
+
+use clap::Subcommand;
+use tokio_util::sync::CancellationToken;
+use tracing::level_filters::LevelFilter;
+
+use crate::exit::Exit;
+use crate::progress::Console;
+
+/// What `flaneur` can do.
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Turn a survey's files into a scene of a store
+    Ingest(ingest::IngestArguments),
+    /// Serve the scenes of stores over gRPC
+    Serve(serve::ServeArguments),
+    /// Render views of a scene into pictures
+    Render(render::RenderArguments),
+    /// Print what a scene holds
+    Info(info::InfoArguments),
+    /// Write a synthetic street in the formats of a survey
+    Sample(sample::SampleArguments),
+}
+
+/// What every command is given.
+pub(crate) struct Context {
+    /// Cancelled at Ctrl-C or SIGTERM: stop soon and return [`Exit::Interrupted`].
+    pub(crate) cancel: CancellationToken,
+    /// Where progress is shown.
+    pub(crate) console: Console,
+}
+
+impl Command {
+    /// What is logged where nobody asks for more: a server tells its operator what it does.
+    pub(crate) fn default_log_level(&self) -> LevelFilter {
+        match self {
+            Self::Serve(_) => LevelFilter::INFO,
+            _ => LevelFilter::WARN,
+        }
+    }
+
+    /// Runs the command to its end.
+    pub(crate) async fn run(self, context: &Context) -> Result<(), Exit> {
+        match self {
+            Self::Ingest(arguments) => ingest::run(arguments, context).await,
+            Self::Serve(arguments) => serve::run(arguments, context).await,
+            Self::Render(arguments) => render::run(arguments, context).await,
+            Self::Info(arguments) => info::run(arguments, context).await,
+            Self::Sample(arguments) => sample::run(arguments, context).await,
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Structured logs on stderr.
+
+use std::io::{self, IsTerminal, Write};
+
+use clap::{ArgAction, Args, ValueEnum};
+use tracing::level_filters::LevelFilter;
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::MakeWriter;
+
+use crate::progress::Console;
+
+/// What is logged, and how.
+#[derive(Args)]
+pub(crate) struct LoggingArguments {
+    /// Log more: warnings, then info, debug, trace with each further -v (RUST_LOG overrides)
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    verbose: u8,
+    /// Form of the log lines on stderr
+    #[arg(long, global = true, value_enum, default_value_t = LogFormat::Compact)]
+    log_format: LogFormat,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum LogFormat {
+    /// One short line an event
+    Compact,
+    /// Several lines an event, for reading
+    Pretty,
+    /// One JSON object an event, for machines
+    Json,
+}
+
+/// Installs the process's log subscriber. `level` is what is logged without `-v`.
+pub(crate) fn set_up(arguments: &LoggingArguments, level: LevelFilter, console: &Console) {
+    let steps = [LevelFilter::WARN, LevelFilter::INFO, LevelFilter::DEBUG, LevelFilter::TRACE];
+    let start = steps.iter().position(|&step| step == level).unwrap_or(0);
+    let wanted = steps[(start + usize::from(arguments.verbose)).min(steps.len() - 1)];
+    let filter = EnvFilter::builder().with_default_directive(wanted.into()).from_env_lossy();
+    let builder = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(io::stderr().is_terminal())
+        .with_writer(ConsoleWriter(console.clone()));
+    match arguments.log_format {
+        LogFormat::Compact => builder.compact().init(),
+        LogFormat::Pretty => builder.pretty().init(),
+        LogFormat::Json => builder.json().flatten_event(true).init(),
+    }
+}
+
+/// Writes each event above the progress bars instead of through them.
+#[derive(Clone)]
+struct ConsoleWriter(Console);
+
+impl Write for ConsoleWriter {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.suspend(|| io::stderr().write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}
+
+impl MakeWriter<'_> for ConsoleWriter {
+    type Writer = Self;
+
+    fn make_writer(&self) -> Self {
+        self.clone()
+    }
+}
