@@ -6,6 +6,7 @@
 
 mod error;
 mod job;
+pub mod street;
 
 pub use error::{BadInput, IngestError};
 pub use job::{Job, NoProgress, Progress, Stage, Unit, Warning};
