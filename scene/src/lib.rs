@@ -41,7 +41,7 @@ pub use ids::{IdError, ImageId};
 pub use info::{PointSource, SceneInfo};
 pub use mesh::{MeshTile, MeshVertex, SurfaceClass, TileKey, TileLayer};
 pub use octree::{Node, NodeKey, OctreeCube};
-pub use orientation::world_from_rig;
+pub use orientation::{heading_pitch_roll, world_from_rig};
 pub use panorama::{Panorama, Projection, RigCamera};
 pub use points::{PointChunk, PointNodeId};
 pub use update::{ImageUpdate, SceneUpdate};
