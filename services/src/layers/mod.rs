@@ -4,3 +4,5 @@
 //!
 //! A layer's file holds both its writer, used by [`crate::ingest`], and its reader, used by
 //! [`crate::grpc`], so that the two cannot drift apart.
+
+pub mod fgb;
