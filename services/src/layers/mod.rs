@@ -6,3 +6,4 @@
 //! [`crate::grpc`], so that the two cannot drift apart.
 
 pub mod fgb;
+pub mod panoramas;
