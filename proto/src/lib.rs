@@ -1,7 +1,24 @@
 //! The `flaneur.v1` wire contract: messages, clients, servers, and the checked
 //! conversions between messages and the types of [`flaneur_scene`].
 //!
+//! A scene type becomes a message with `From`; a message becomes a scene type with `TryFrom`,
+//! whose [`FieldError`] names the field at fault. Messages come from outside: whatever a
+//! conversion lets through is finite, in range and consistent.
+//!
 //! Knows the scene types and nothing of stores, renderers or streaming policy.
+
+mod error;
+mod footprint;
+mod geometry;
+mod ground;
+mod panorama;
+mod parts;
+mod point;
+mod region;
+mod scene;
+
+pub use error::FieldError;
+pub use parts::{Assembly, PART_BYTES, split};
 
 /// The generated messages, clients and servers; documented in `proto/flaneur/v1/*.proto`.
 #[allow(
@@ -18,3 +35,6 @@ pub mod v1 {
 
 /// The encoded `FileDescriptorSet` of the contract, for server reflection.
 pub const FILE_DESCRIPTOR_SET: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/flaneur.v1.bin"));
+
+/// Most keys that one request may name, as the .proto files state.
+pub const MAX_KEYS: usize = 4096;
