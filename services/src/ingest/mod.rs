@@ -6,6 +6,7 @@
 
 mod error;
 mod job;
+pub mod points;
 pub mod street;
 
 pub use error::{BadInput, IngestError};

@@ -5,5 +5,6 @@
 //! A layer's file holds both its writer, used by [`crate::ingest`], and its reader, used by
 //! [`crate::grpc`], so that the two cannot drift apart.
 
+pub mod copc;
 pub mod fgb;
 pub mod panoramas;

@@ -1,0 +1,9 @@
+//! COPC: one LAZ file per point source, ordered as an octree, with an index of its nodes.
+//! <https://copc.io>, version 1.0, over LAS 1.4.
+
+mod hierarchy;
+mod vlr;
+mod write;
+
+pub use vlr::{Evlr, Vlr};
+pub use write::{CopcHeader, CopcSummary, CopcWriter, compress_node};
