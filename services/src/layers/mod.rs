@@ -9,6 +9,7 @@ mod attributes;
 pub mod copc;
 pub mod fgb;
 pub mod footprints;
+pub mod ground;
 pub mod panoramas;
 
 pub use attributes::AttributeColumns;
