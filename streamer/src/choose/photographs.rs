@@ -1,0 +1,208 @@
+//! Photographs: those of the nearest panoramas that see what the view sees, each at the
+//! level that the view can show.
+
+use std::sync::Arc;
+
+use flaneur_proto::v1;
+use flaneur_scene::{
+    Distortion, IdError, ImageId, Panorama, PosedCamera, Projection, RigCamera, View,
+};
+use glam::{DVec2, DVec3, UVec2};
+
+use crate::Budget;
+
+/// Points of the view, along x, y and depth, at which photographs are compared with it.
+const GRID: UVec2 = UVec2::new(16, 9);
+/// Depths at which they are compared, metres along the view's axis.
+const DEPTHS_M: [f64; 9] = [1.5, 2.5, 4.0, 6.5, 10.0, 16.0, 25.0, 50.0, 100.0];
+/// A photograph is at least as sharp as the view at this share of the points, the others
+/// being so close to the eye that no photograph could be.
+const SHARP_SHARE: f64 = 0.75;
+/// Part of an image's size by which the undistorted image may exceed it on each side.
+const DISTORTION_MARGIN: f64 = 0.25;
+/// Longest side of the level that is shown until the finer one has come, pixels.
+const FIRST_SIDE_PX: u32 = 160;
+
+/// A stored image to be shown: one photograph, or several faces of one sphere.
+#[derive(Clone, Debug)]
+pub(crate) struct WantedImage {
+    /// The panorama.
+    pub(crate) panorama: Arc<Panorama>,
+    /// Index of the camera among the panorama's.
+    pub(crate) camera: usize,
+    /// The photographs that it gives and that are wanted, with their cameras at level 0. For a
+    /// sphere also the index of each one's cube face.
+    pub(crate) photographs: Vec<(ImageId, PosedCamera, Option<usize>)>,
+    /// The level that the view asks for.
+    pub(crate) level: u32,
+    /// A coarse level to begin with: at least `level`.
+    pub(crate) first_level: u32,
+}
+
+impl WantedImage {
+    /// The camera that took it.
+    pub(crate) fn rig_camera(&self) -> &RigCamera {
+        &self.panorama.cameras[self.camera]
+    }
+
+    /// How a request names a level of it.
+    pub(crate) fn key(&self, level: u32, layer: v1::ImageLayer) -> v1::ImageKey {
+        v1::ImageKey {
+            panorama: self.panorama.id.clone(),
+            camera: self.rig_camera().id.clone(),
+            level,
+            layer: layer.into(),
+        }
+    }
+
+    /// Pixels of its photographs at `level`.
+    fn pixels(&self, level: u32) -> u64 {
+        let side = |size: UVec2| u64::from(size.x) * u64::from(size.y);
+        let projection = &self.rig_camera().projection;
+        let size = projection.level_size(level);
+        let one = match projection {
+            Projection::Pinhole(_) => side(size),
+            Projection::Equirectangular { .. } => side(UVec2::splat(size.x / 4)),
+        };
+        one * self.photographs.len() as u64
+    }
+}
+
+/// The images that `view` wants, nearest panorama first, without those that `excluded` names.
+///
+/// `panoramas` are candidates in any order, of which the nearest [`Budget::panoramas`] count.
+/// Where the levels wanted hold more than [`Budget::image_pixels`], all are taken coarser
+/// alike, and the farthest left out where that does not help.
+pub(crate) fn choose_photographs(
+    panoramas: Vec<Arc<Panorama>>,
+    view: &View,
+    budget: &Budget,
+    excluded: &(dyn Fn(&ImageId) -> bool + Send + Sync),
+) -> Result<Vec<WantedImage>, IdError> {
+    let mut panoramas = panoramas;
+    let distance = |p: &Panorama| p.position.distance_squared(view.eye());
+    panoramas.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.id.cmp(&b.id)));
+    panoramas.dedup_by(|a, b| a.id == b.id);
+    let samples = Samples::new(view);
+    let (mut wanted, mut rigs) = (Vec::new(), 0);
+    for panorama in panoramas {
+        if rigs == budget.panoramas {
+            break;
+        }
+        let images = images_of(&panorama, &samples, excluded)?;
+        rigs += usize::from(!images.is_empty());
+        wanted.extend(images);
+    }
+    let finest = |image: &WantedImage, bias: u32| {
+        (image.level + bias).min(image.rig_camera().levels.saturating_sub(1))
+    };
+    let total = |bias: u32| -> u64 { wanted.iter().map(|i| i.pixels(finest(i, bias))).sum() };
+    let bias = (0..32).find(|&bias| total(bias) <= budget.image_pixels).unwrap_or(32);
+    for image in &mut wanted {
+        image.level = finest(image, bias);
+        image.first_level = image.first_level.max(image.level);
+    }
+    // Images without coarser levels may still be too large together.
+    let mut pixels = 0;
+    wanted.retain(|image| {
+        pixels += image.pixels(image.level);
+        pixels <= budget.image_pixels
+    });
+    Ok(wanted)
+}
+
+fn images_of(
+    panorama: &Arc<Panorama>,
+    samples: &Samples,
+    excluded: &(dyn Fn(&ImageId) -> bool + Send + Sync),
+) -> Result<Vec<WantedImage>, IdError> {
+    let mut all = panorama.photographs()?.into_iter();
+    let mut images = Vec::new();
+    for (index, camera) in panorama.cameras.iter().enumerate() {
+        let faces = match camera.projection {
+            Projection::Pinhole(_) => 1,
+            Projection::Equirectangular { .. } => 6,
+        };
+        let mut photographs = Vec::new();
+        let mut level = u32::MAX;
+        for (face, (id, posed)) in all.by_ref().take(faces).enumerate() {
+            if excluded(&id) {
+                continue;
+            }
+            if let Some(sharpness) = samples.sharpness(&posed) {
+                level = level.min(sharpness.log2().max(0.0) as u32);
+                photographs.push((id, posed, (faces > 1).then_some(face)));
+            }
+        }
+        if photographs.is_empty() || camera.levels == 0 {
+            continue;
+        }
+        let coarsest = camera.levels - 1;
+        let side = |&level: &u32| camera.projection.level_size(level).max_element();
+        let first_level =
+            (0..camera.levels).find(|level| side(level) <= FIRST_SIDE_PX).unwrap_or(coarsest);
+        images.push(WantedImage {
+            panorama: Arc::clone(panorama),
+            camera: index,
+            photographs,
+            level: level.min(coarsest),
+            first_level,
+        });
+    }
+    Ok(images)
+}
+
+/// Points in front of the view, with the view's pixels a metre there.
+struct Samples {
+    points: Vec<(DVec3, f64)>,
+}
+
+impl Samples {
+    fn new(view: &View) -> Self {
+        let camera = &view.camera;
+        let size = view.size().as_dvec2();
+        let mut points = Vec::new();
+        for (x, y) in (0..GRID.y).flat_map(|y| (0..GRID.x).map(move |x| (x, y))) {
+            let at = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / GRID.as_dvec2() * size;
+            let Some(direction) = camera.lens.unproject(at) else { continue };
+            let direction = camera.cam_from_world.transpose() * direction;
+            for depth in DEPTHS_M {
+                let density = camera.lens.intrinsics.fy / depth;
+                points.push((camera.centre + direction * depth, density));
+            }
+        }
+        Self { points }
+    }
+
+    /// How many times sharper than the view a photograph is, at [`SHARP_SHARE`] of the points
+    /// that both see; `None` where there are none.
+    ///
+    /// The photograph's distortion is left out, and its image taken a margin larger instead:
+    /// this decides what is fetched, not where it is shown.
+    fn sharpness(&self, photograph: &PosedCamera) -> Option<f64> {
+        let lens = &photograph.lens;
+        let size = lens.size.as_dvec2();
+        let margin = match lens.distortion {
+            Distortion::None => 0.0,
+            Distortion::RadialPixels { .. } | Distortion::Brown { .. } => DISTORTION_MARGIN,
+            // Up to a half turn: all that lies in front.
+            Distortion::Fisheye { .. } => f64::INFINITY,
+        };
+        let mut ratios = Vec::new();
+        for &(point, density) in &self.points {
+            let p_cam = photograph.cam_from_world(point);
+            if !(p_cam.z > 0.0) {
+                continue;
+            }
+            let pixel = lens.intrinsics.pixel_from_normalised(p_cam.truncate() / p_cam.z) / size;
+            if (pixel - 0.5).abs().max_element() <= 0.5 + margin {
+                ratios.push(lens.intrinsics.fy / p_cam.z / density);
+            }
+        }
+        let index = ((1.0 - SHARP_SHARE) * ratios.len() as f64) as usize;
+        (index < ratios.len()).then(|| *ratios.select_nth_unstable_by(index, f64::total_cmp).1)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,128 @@
+use super::*;
+use flaneur_scene::{CubeFace, Intrinsics, Lens, world_from_rig};
+use glam::DMat3;
+use std::f64::consts::PI;
+
+const EYE: DVec3 = DVec3::new(651_000.0, 6_861_000.0, 42.0);
+
+fn panorama(id: &str, at: DVec3, cameras: Vec<RigCamera>) -> Arc<Panorama> {
+    Arc::new(Panorama {
+        id: id.into(),
+        position: EYE + at,
+        world_from_rig: world_from_rig(0.0, 0.0, 0.0),
+        time: None,
+        uncertainty_m: 0.1,
+        cameras,
+    })
+}
+
+fn camera(id: &str, heading: f64, side: u32) -> RigCamera {
+    let size = UVec2::splat(side);
+    let lens = Lens::pinhole(size, Intrinsics::from_fov_y(PI / 2.0, size));
+    RigCamera {
+        id: id.into(),
+        position_in_rig: DVec3::ZERO,
+        cam_from_rig: flaneur_scene::CUBE_FACES[0].cam_from_rig()
+            * world_from_rig(heading, 0.0, 0.0).transpose(),
+        projection: Projection::Pinhole(lens),
+        levels: 6,
+        mask: None,
+        version: "1".into(),
+    }
+}
+
+fn sphere(id: &str, width: u32) -> RigCamera {
+    RigCamera {
+        cam_from_rig: DMat3::IDENTITY,
+        projection: Projection::Equirectangular { size: UVec2::new(width, width / 2) },
+        ..camera(id, 0.0, 4)
+    }
+}
+
+fn north() -> View {
+    View::look(EYE, 0.0, 0.0, PI / 3.0, UVec2::new(1024, 512))
+}
+
+fn choose(panoramas: Vec<Arc<Panorama>>, budget: &Budget) -> Vec<WantedImage> {
+    choose_photographs(panoramas, &north(), budget, &|_| false).expect("names are good")
+}
+
+fn ids(wanted: &[WantedImage]) -> Vec<String> {
+    wanted.iter().flat_map(|w| w.photographs.iter().map(|(id, ..)| id.to_string())).collect()
+}
+
+#[test]
+fn cameras_that_see_nothing_of_the_view_are_left_out() {
+    let rig = || vec![camera("north", 0.0, 1024), camera("south", PI, 1024)];
+    let behind = panorama("behind", DVec3::Y * -5.0, rig());
+    let ahead = panorama("ahead", DVec3::Y * 20.0, rig());
+    let wanted = choose(vec![ahead, behind], &Budget::default());
+    // From behind only the camera that looks the same way sees what the view sees; from ahead
+    // both do.
+    assert_eq!(ids(&wanted), ["behind/north", "ahead/north", "ahead/south"]);
+}
+
+#[test]
+fn the_nearest_panoramas_count_whatever_their_order() {
+    let all: Vec<_> = (1..=9)
+        .map(|i| panorama(&format!("p{i}"), DVec3::Y * f64::from(i), vec![camera("c", 0.0, 512)]))
+        .collect();
+    let budget = Budget { panoramas: 3, ..Budget::default() };
+    let forward = ids(&choose(all.clone(), &budget));
+    assert_eq!(forward, ["p1/c", "p2/c", "p3/c"]);
+    assert_eq!(ids(&choose(all.into_iter().rev().collect(), &budget)), forward);
+}
+
+#[test]
+fn the_level_is_the_coarsest_that_is_sharp_enough() {
+    // The view has 443 pixels a radian in its middle. A camera of 90° and 1024 pixels has
+    // 512, so its original is wanted; one of 4096 pixels has four times as many, so that
+    // a level of a quarter is.
+    let level = |side| {
+        choose(
+            vec![panorama("p", DVec3::Y * -0.5, vec![camera("c", 0.0, side)])],
+            &Budget::default(),
+        )[0]
+        .level
+    };
+    assert_eq!((level(512), level(1024), level(4096)), (0, 0, 2));
+}
+
+#[test]
+fn too_many_pixels_make_all_coarser() {
+    let all: Vec<_> = (1..=4)
+        .map(|i| panorama(&format!("p{i}"), DVec3::Y * f64::from(-i), vec![camera("c", 0.0, 512)]))
+        .collect();
+    let budget = Budget { image_pixels: 4 * 256 * 256, ..Budget::default() };
+    let wanted = choose(all.clone(), &budget);
+    assert!(wanted.iter().all(|image| image.level == 1) && wanted.len() == 4);
+    // Not even the coarsest levels of all fit: the farthest go.
+    let budget = Budget { image_pixels: 2 * 16 * 16, ..budget };
+    assert_eq!(ids(&choose(all, &budget)), ["p1/c", "p2/c"]);
+}
+
+#[test]
+fn a_sphere_gives_the_faces_that_matter_and_can_be_left_out_in_part() {
+    let at = panorama("s", DVec3::Y * -0.5, vec![sphere("sphere", 2048)]);
+    let wanted = choose(vec![Arc::clone(&at)], &Budget::default());
+    assert_eq!(wanted.len(), 1);
+    assert!(ids(&wanted).contains(&"s/front".to_owned()));
+    assert!(!ids(&wanted).contains(&"s/back".to_owned()), "{:?}", ids(&wanted));
+    for (id, posed, face) in &wanted[0].photographs {
+        let face = &flaneur_scene::CUBE_FACES[face.expect("a face")];
+        assert_eq!((id.camera(), posed.lens), (face.name, CubeFace::lens(512)));
+    }
+    let without = |id: &ImageId| id.camera() == "front";
+    let wanted = choose_photographs(vec![at], &north(), &Budget::default(), &without);
+    assert!(!ids(&wanted.expect("names are good")).contains(&"s/front".to_owned()));
+}
+
+#[test]
+fn the_first_level_is_small_and_never_finer_than_the_wanted_one() {
+    let wanted = choose(
+        vec![panorama("p", DVec3::Y * -0.5, vec![camera("c", 0.0, 1024), camera("d", 0.1, 64)])],
+        &Budget::default(),
+    );
+    let levels: Vec<_> = wanted.iter().map(|w| (w.level, w.first_level)).collect();
+    assert_eq!(levels, [(0, 3), (0, 0)]);
+}

@@ -1,0 +1,125 @@
+//! The base mesh: which tiles, and which footprint belongs to which.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use flaneur_scene::{Bounds2, Footprint, TileKey, TileLayer};
+use glam::DVec2;
+
+/// The grid in which footprints become tiles of mesh, aligned with the world. A footprint
+/// belongs to the tile that holds the middle of its rectangle, so a tile is the same
+/// whichever view asks for it.
+pub(crate) struct FootprintGrid;
+
+impl FootprintGrid {
+    /// Length of a tile's side, metres.
+    pub(crate) const TILE_M: f64 = 64.0;
+
+    /// The tile that `footprint` belongs to; `None` where it has no vertices, or lies where no
+    /// projected CRS reaches.
+    fn key(footprint: &Footprint) -> Option<TileKey> {
+        let bounds = footprint.bounds();
+        if bounds.is_empty() {
+            return None;
+        }
+        key_at(bounds.min.midpoint(bounds.max))
+    }
+
+    /// The rectangle of a tile.
+    pub(crate) fn bounds(key: TileKey) -> Bounds2 {
+        let min = DVec2::new(f64::from(key.x), f64::from(key.y)) * Self::TILE_M;
+        Bounds2 { min, max: min + Self::TILE_M }
+    }
+
+    /// The footprints of each of `tiles`, in an order that does not depend on theirs.
+    pub(crate) fn sort(
+        footprints: Vec<Footprint>,
+        tiles: &BTreeSet<TileKey>,
+    ) -> BTreeMap<TileKey, Vec<Footprint>> {
+        let mut sorted: BTreeMap<TileKey, Vec<Footprint>> =
+            tiles.iter().map(|&key| (key, Vec::new())).collect();
+        for footprint in footprints {
+            if let Some(tile) = Self::key(&footprint).and_then(|key| sorted.get_mut(&key)) {
+                tile.push(footprint);
+            }
+        }
+        for tile in sorted.values_mut() {
+            tile.sort_by(|a, b| {
+                let place = |f: &Footprint| f.bounds().min.to_array();
+                let [ax, ay] = place(a);
+                let [bx, by] = place(b);
+                a.id.cmp(&b.id).then(ax.total_cmp(&bx)).then(ay.total_cmp(&by))
+            });
+        }
+        sorted
+    }
+}
+
+/// The tiles of the footprint grid that meet the disc and the scene, nearest first.
+pub(crate) fn wanted_tiles(centre: DVec2, radius_m: f64, scene: &Bounds2) -> Vec<TileKey> {
+    let disc = Bounds2 { min: centre - radius_m, max: centre + radius_m };
+    let part = Bounds2 { min: disc.min.max(scene.min), max: disc.max.min(scene.max) };
+    let (Some(low), Some(high)) = (key_at(part.min), key_at(part.max)) else { return Vec::new() };
+    let mut tiles: Vec<(f64, TileKey)> = (low.y..=high.y)
+        .flat_map(|y| (low.x..=high.x).map(move |x| (x, y)))
+        .map(|(x, y)| TileKey { layer: TileLayer::Footprints, x, y })
+        .map(|key| (FootprintGrid::bounds(key).distance(centre), key))
+        .filter(|&(distance, _)| distance <= radius_m)
+        .collect();
+    tiles.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    tiles.into_iter().map(|(_, key)| key).collect()
+}
+
+fn key_at(position: DVec2) -> Option<TileKey> {
+    // Far beyond any CRS, far within i32 once divided by the tile's side.
+    let reachable = position.is_finite() && position.abs().max_element() < 1e10;
+    let cell = (position / FootprintGrid::TILE_M).floor();
+    reachable.then_some(TileKey {
+        layer: TileLayer::Footprints,
+        x: cell.x as i32,
+        y: cell.y as i32,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flaneur_scene::Polygon;
+
+    fn building(id: &str, at: DVec2) -> Footprint {
+        let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+        Footprint {
+            id: id.into(),
+            polygons: vec![Polygon { rings: vec![corners.map(|c| at + 10.0 * c).to_vec()] }],
+            base_m: 0.0,
+            height_m: 10.0,
+            uncertainty_m: 0.0,
+            attributes: "{}".into(),
+        }
+    }
+
+    #[test]
+    fn a_tile_is_the_same_whatever_the_order_of_arrival() {
+        let at = DVec2::new(651_000.0, 6_861_000.0);
+        let buildings: Vec<_> =
+            (0..20).map(|i| building(&format!("b{i}"), at + f64::from(i) * 7.0)).collect();
+        let scene = Bounds2 { min: at - 100.0, max: at + 300.0 };
+        let tiles: BTreeSet<_> = wanted_tiles(at, 200.0, &scene).into_iter().collect();
+        let forward = FootprintGrid::sort(buildings.clone(), &tiles);
+        let backward = FootprintGrid::sort(buildings.into_iter().rev().collect(), &tiles);
+        assert_eq!(forward, backward);
+        assert_eq!(forward.values().map(Vec::len).sum::<usize>(), 20);
+    }
+
+    #[test]
+    fn tiles_are_nearest_first_and_stay_in_the_scene() {
+        let scene = Bounds2 { min: DVec2::splat(-1000.0), max: DVec2::splat(1000.0) };
+        let tiles = wanted_tiles(DVec2::new(10.0, 10.0), 150.0, &scene);
+        assert_eq!((tiles[0].x, tiles[0].y), (0, 0));
+        let distance = |key: &TileKey| FootprintGrid::bounds(*key).distance(DVec2::new(10.0, 10.0));
+        assert!(tiles.windows(2).all(|pair| distance(&pair[0]) <= distance(&pair[1])));
+        assert!(wanted_tiles(DVec2::splat(5000.0), 100.0, &scene).is_empty());
+        assert!(wanted_tiles(DVec2::NAN, 100.0, &scene).is_empty());
+        // A radius without end is bounded by the scene.
+        assert_eq!(wanted_tiles(DVec2::ZERO, 1e9, &scene).len(), 32 * 32);
+    }
+}

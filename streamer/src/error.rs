@@ -1,0 +1,79 @@
+//! What can go wrong between a service and a scene update.
+
+use flaneur_proto::FieldError;
+
+/// Why streaming stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum StreamError {
+    /// The service refused or failed, or the connection broke.
+    #[error("{call}: {}{}", describe(.status.code()), quoted(.status.message()))]
+    Status {
+        /// The call, as in `GetScene`.
+        call: &'static str,
+        /// What came back.
+        status: Box<tonic::Status>,
+    },
+    /// No message arrived for a while.
+    #[error("{call}: nothing was received for {seconds} s; the service may be overloaded")]
+    Stalled {
+        /// The call.
+        call: &'static str,
+        /// How long was waited.
+        seconds: u64,
+    },
+    /// A message holds what the contract forbids.
+    #[error("{call}: the service sent a message that cannot be used: {source}")]
+    BadMessage {
+        /// The call.
+        call: &'static str,
+        /// The field at fault.
+        source: FieldError,
+    },
+    /// More arrived than a client takes.
+    #[error("{call}: the service sent more than {limit} {what}")]
+    TooMuch {
+        /// The call.
+        call: &'static str,
+        /// What there was too much of.
+        what: &'static str,
+        /// How much is taken.
+        limit: usize,
+    },
+    /// The bytes of a photograph, mask or point node cannot be decoded.
+    #[error("cannot decode {what}: {problem}")]
+    Damaged {
+        /// Which photograph or node.
+        what: String,
+        /// What is wrong with its bytes.
+        problem: String,
+    },
+    /// The caller cancelled.
+    #[error("streaming was cancelled")]
+    Cancelled,
+}
+
+impl StreamError {
+    pub(crate) fn field(call: &'static str) -> impl Fn(FieldError) -> Self {
+        move |source| Self::BadMessage { call, source }
+    }
+
+    pub(crate) fn status(call: &'static str) -> impl Fn(tonic::Status) -> Self {
+        move |status| Self::Status { call, status: Box::new(status) }
+    }
+
+    /// Whether what the caller asked for is at fault: a name that does not exist, a number
+    /// that is out of range.
+    pub fn is_bad_request(&self) -> bool {
+        use tonic::Code::{InvalidArgument, NotFound, OutOfRange};
+        matches!(self, Self::Status { status, .. }
+            if matches!(status.code(), NotFound | InvalidArgument | OutOfRange))
+    }
+}
+
+fn describe(code: tonic::Code) -> String {
+    code.description().to_lowercase()
+}
+
+fn quoted(message: &str) -> String {
+    if message.is_empty() { String::new() } else { format!(": {message}") }
+}
