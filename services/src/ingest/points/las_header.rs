@@ -17,7 +17,6 @@ pub(super) const FARTHEST_COORDINATE_M: f64 = 1e8;
 /// What the header says, as far as it can be true of a file of this length.
 #[derive(Clone, Debug)]
 pub(super) struct LasHeader {
-    pub(super) version_minor: u8,
     pub(super) file_source_id: u16,
     pub(super) global_encoding: u16,
     pub(super) guid: [u8; 16],
@@ -122,7 +121,6 @@ impl LasHeader {
             (0, 0, legacy_count)
         };
         Ok(Self {
-            version_minor,
             file_source_id: fields.u16(4)?,
             global_encoding: fields.u16(6)?,
             guid: fields.get(8)?,

@@ -6,4 +6,5 @@ mod vlr;
 mod write;
 
 pub use vlr::{Evlr, Vlr};
+pub(crate) use write::base_record_length;
 pub use write::{CopcHeader, CopcSummary, CopcWriter, compress_node};
