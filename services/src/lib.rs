@@ -3,9 +3,11 @@
 //! - [`ingest`] turns a survey's files into a scene,
 //! - [`layers`] are the formats in which a scene's parts are stored: each file writes and
 //!   reads one of them,
+//! - [`crs`] knows where grid north lies,
 //! - [`store`] finds scenes and their objects behind a URL,
 //! - [`grpc`] answers the data services over a store.
 
+pub mod crs;
 pub mod grpc;
 pub mod ingest;
 pub mod layers;

@@ -22,8 +22,12 @@ pub enum IngestError {
         remedy: String,
     },
     /// The store refused.
-    #[error("cannot write to the store: {source}; {remedy}")]
+    #[error("cannot {action} {object:?} in the store: {source}; {remedy}")]
     Store {
+        /// What was tried, as in "write".
+        action: &'static str,
+        /// The object's path, or the store's URL.
+        object: String,
         /// What the store said.
         source: object_store::Error,
         /// What to do.

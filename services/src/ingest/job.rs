@@ -1,38 +1,22 @@
 //! What every layer's ingest is given: limits, a place to work, and someone to tell.
 
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use serde::Serialize;
+use super::{IngestError, Warnings};
 
-use super::IngestError;
-
-/// The circumstances of one ingest. Layers run on blocking threads and may use rayon.
+/// The circumstances of one layer's ingest. Layers run on blocking threads and may use rayon.
 pub struct Job {
-    /// Folder for intermediate and finished files, outside the store. Survives a kill.
+    /// Folder of this layer for intermediate and finished files, outside the store.
     pub work: PathBuf,
-    /// Bytes of memory that all of the ingest may take together.
+    /// Bytes of memory that the layer may take.
     pub memory: u64,
     /// Skip damaged files with a warning instead of stopping.
     pub skip_damaged: bool,
-    /// Refuse paths that leave the survey's folder.
-    pub confine: bool,
-    /// Where progress is shown.
-    pub progress: Box<dyn Progress>,
-    /// Set by [`Job::cancel`].
-    pub cancelled: AtomicBool,
-    /// What was noticed, in order.
-    pub warnings: Mutex<Vec<Warning>>,
-}
-
-/// Something that ingest could not use, and went on without.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Warning {
-    /// The kind, for counting: `absent-image`, `degenerate-polygon`, `damaged-file`, ….
-    pub kind: &'static str,
-    /// One line that names file, place and value.
-    pub message: String,
+    progress: Arc<dyn Progress>,
+    cancelled: Arc<AtomicBool>,
+    warnings: Mutex<Warnings>,
 }
 
 /// What a stage counts.
@@ -74,6 +58,45 @@ impl Stage for NoProgress {
 }
 
 impl Job {
+    /// A job that works in `work` (an existing folder), may take `memory` bytes, stops at
+    /// damaged files and shows nothing.
+    pub fn new(work: impl Into<PathBuf>, memory: u64) -> Self {
+        Self {
+            work: work.into(),
+            memory,
+            skip_damaged: false,
+            progress: Arc::new(NoProgress),
+            cancelled: Arc::default(),
+            warnings: Mutex::default(),
+        }
+    }
+
+    /// Shows its progress to `progress`.
+    #[must_use]
+    pub fn showing(mut self, progress: Arc<dyn Progress>) -> Self {
+        self.progress = progress;
+        self
+    }
+
+    /// The job of one layer: the same limits, in a folder of its own, with no warnings yet.
+    /// Cancelling either cancels both.
+    #[must_use]
+    pub fn layer(&self, work: PathBuf) -> Self {
+        Self {
+            work,
+            memory: self.memory,
+            skip_damaged: self.skip_damaged,
+            progress: Arc::clone(&self.progress),
+            cancelled: Arc::clone(&self.cancelled),
+            warnings: Mutex::default(),
+        }
+    }
+
+    /// Begins a stage of `total` units (0 where unknown). It ends when dropped.
+    pub fn stage(&self, name: &str, total: u64, unit: Unit) -> Box<dyn Stage> {
+        self.progress.stage(name, total, unit)
+    }
+
     /// Asks every layer to stop soon.
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
@@ -84,13 +107,16 @@ impl Job {
         if self.cancelled.load(Ordering::Relaxed) { Err(IngestError::Cancelled) } else { Ok(()) }
     }
 
-    /// Notes something that was not used.
+    /// Notes something that was not used: its kind (`absent-image`, `degenerate-polygon`,
+    /// `damaged-file`, …) and one line that names file, place and value.
     pub fn warn(&self, kind: &'static str, message: impl Into<String>) {
         let message = message.into();
         tracing::debug!(kind, message, "ingest warning");
-        self.warnings
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-            .push(Warning { kind, message });
+        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).add(kind, message);
+    }
+
+    /// What was noted so far.
+    pub fn warnings(&self) -> Warnings {
+        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }

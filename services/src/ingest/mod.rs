@@ -8,6 +8,8 @@ mod error;
 mod job;
 pub mod points;
 pub mod street;
+mod warnings;
 
 pub use error::{BadInput, IngestError};
-pub use job::{Job, NoProgress, Progress, Stage, Unit, Warning};
+pub use job::{Job, NoProgress, Progress, Stage, Unit};
+pub use warnings::Warnings;

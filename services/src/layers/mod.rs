@@ -5,6 +5,11 @@
 //! A layer's file holds both its writer, used by [`crate::ingest`], and its reader, used by
 //! [`crate::grpc`], so that the two cannot drift apart.
 
+mod attributes;
 pub mod copc;
 pub mod fgb;
+pub mod footprints;
+pub mod ground;
 pub mod panoramas;
+
+pub use attributes::AttributeColumns;

@@ -1,8 +1,11 @@
 //! `scene.json`: what a scene consists of. It is written last, so a scene exists exactly
 //! when its manifest does.
 
+use flaneur_proto::{FieldError, v1};
 use flaneur_scene::SceneInfo;
 use serde::{Deserialize, Serialize};
+
+use super::StoreError;
 
 /// The manifest of a scene. Paths are relative to the scene's prefix.
 ///
@@ -79,4 +82,40 @@ impl Manifest {
 
     /// Name of the manifest below the scene's prefix.
     pub const PATH: &'static str = "scene.json";
+
+    /// The manifest of the scene that is called `scene` in its store, checked: what it says of
+    /// the scene can be sent as it is, and every point source has its file.
+    ///
+    /// The name in the file gives way to `scene`, so a scene may be copied or renamed.
+    pub fn parse(scene: &str, bytes: &[u8]) -> Result<Self, StoreError> {
+        let bad = |problem: String| StoreError::BadManifest { scene: scene.to_owned(), problem };
+        let format: Format = serde_json::from_slice(bytes).map_err(|e| bad(e.to_string()))?;
+        if format.format != Self::FORMAT {
+            return Err(bad(format!(
+                "it has format {}, this program reads {}",
+                format.format,
+                Self::FORMAT
+            )));
+        }
+        let mut manifest: Self = serde_json::from_slice(bytes).map_err(|e| bad(e.to_string()))?;
+        scene.clone_into(&mut manifest.scene.name);
+        let info = v1::Scene::from(manifest.scene.clone());
+        SceneInfo::try_from(info).map_err(|e: FieldError| bad(e.to_string()))?;
+        let sources = manifest.scene.point_sources.iter().map(|source| &source.name);
+        if !sources.eq(manifest.points.iter().map(|layer| &layer.source)) {
+            return Err(bad("its point sources and point files differ".to_owned()));
+        }
+        let mut names: Vec<_> = manifest.points.iter().map(|layer| &layer.source).collect();
+        names.sort();
+        if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(bad(format!("two point sources are named {:?}", pair[0])));
+        }
+        Ok(manifest)
+    }
+}
+
+/// What every version of the manifest begins with.
+#[derive(Deserialize)]
+struct Format {
+    format: u32,
 }

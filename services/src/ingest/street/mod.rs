@@ -25,9 +25,14 @@
 //!
 //! Relative paths start at the file's folder.
 
+pub(in crate::ingest) mod glob;
+mod parse;
 mod pattern;
 mod root;
+mod section;
 mod spec;
+#[cfg(test)]
+mod tests;
 
 pub use pattern::ImagePattern;
 pub use root::Root;

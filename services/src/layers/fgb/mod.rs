@@ -5,8 +5,10 @@
 //! packed R-tree that meet a region, and the features found there, and checks every size
 //! and offset against the file before it takes memory.
 
+mod attributes;
 mod feature;
 mod index;
+mod polygons;
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -18,8 +20,10 @@ use flatgeobuf::{Header, size_prefixed_root_as_header};
 use object_store::path::Path;
 use object_store::{ObjectStore, ObjectStoreExt};
 
+pub use attributes::attributes;
 pub use feature::FgbFeature;
 use index::IndexLayout;
+pub use polygons::Polygons;
 
 /// A FlatGeobuf object of a store, its header read and checked.
 #[derive(Clone, Debug)]
@@ -41,6 +45,8 @@ pub struct FgbCursor {
     runs: VecDeque<Range<u64>>,
     /// What has been read of the first run and not been given out.
     buffer: BytesMut,
+    /// Features to come, where the whole file is read and says how many it holds.
+    left: Option<u64>,
 }
 
 /// Why a FlatGeobuf cannot be read.
@@ -132,12 +138,15 @@ impl FgbFile {
     /// All features whose box meets the region's rectangle, and possibly a few that lie
     /// between them in the file: the caller tests the geometry.
     pub async fn select(&self, region: &Region) -> Result<FgbCursor, FgbError> {
-        let runs = match (region.bounds(), &self.index) {
-            (Some(bounds), Some(index)) => index.search(self, &bounds).await?,
-            _ => std::iter::once(self.features_start..self.size).collect(),
+        let (runs, left) = match (region.bounds(), &self.index) {
+            (Some(bounds), Some(index)) => (index.search(self, &bounds).await?, None),
+            _ => (
+                std::iter::once(self.features_start..self.size).collect(),
+                Some(self.header().features_count()).filter(|&count| count > 0),
+            ),
         };
         let runs = runs.into_iter().filter(|run| !run.is_empty()).collect();
-        Ok(FgbCursor { file: self.clone(), runs, buffer: BytesMut::new() })
+        Ok(FgbCursor { file: self.clone(), runs, buffer: BytesMut::new(), left })
     }
 
     fn damaged(&self, offset: u64, problem: String) -> FgbError {
@@ -152,8 +161,15 @@ impl FgbCursor {
             self.runs.pop_front();
         }
         if self.runs.is_empty() {
-            return Ok(None);
+            return match self.left {
+                Some(left @ 1..) => {
+                    let problem = format!("the file ends {left} features early");
+                    Err(self.file.damaged(self.file.size, problem))
+                }
+                _ => Ok(None),
+            };
         }
+        self.left = self.left.map(|left| left.saturating_sub(1));
         self.fill(4).await?;
         let offset = self.offset();
         let length = self.buffer.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));

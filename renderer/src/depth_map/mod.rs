@@ -1,0 +1,301 @@
+//! The photographs' depth maps: drawn from the mesh, refined as points arrive.
+//!
+//! Maps are made when a view first needs their photograph. Changes are noted at once, for
+//! the maps that they can touch, and drawn when the map is next needed: new points are added
+//! to what is there; lost points, or another mesh, redraw that layer of the map.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use flaneur_scene::{Bounds3, ImageId, PointNodeId};
+
+use crate::Gpu;
+use crate::camera::gpu_data::Camera;
+use crate::mesh::{self, MeshPass, MeshStore};
+use crate::photographs::{Photograph, PhotographStore};
+use crate::points::PointStore;
+use crate::splat::SplatPass;
+
+#[cfg(test)]
+pub(crate) mod reference;
+#[cfg(test)]
+mod tests;
+
+/// The depth test, to be put before the shader that uses it.
+pub(crate) const WGSL: &str = include_str!("depth_map.wgsl");
+
+/// Most photographs with a depth map: as many as a storage binding of 128 MiB holds at the
+/// default size.
+pub(crate) const MAX_MAPS: usize = 128;
+const FIRST_MAPS: usize = 8;
+
+/// Depth maps of the photographs in use.
+#[derive(Debug)]
+pub(crate) struct DepthMaps {
+    side: u32,
+    max_maps: usize,
+    slots: HashMap<ImageId, Slot>,
+    textures: Textures,
+    frame: u64,
+}
+
+#[derive(Debug)]
+struct Slot {
+    layer: usize,
+    last_used: u64,
+    mesh_is_stale: bool,
+    points_are_stale: bool,
+    /// Chunks that have arrived since the points were drawn.
+    pending: BTreeSet<PointNodeId>,
+}
+
+/// One layer a map: mesh depth and uncertainty in a texture, point depth in a buffer.
+#[derive(Debug)]
+struct Textures {
+    layers: usize,
+    mesh: wgpu::Texture,
+    points: wgpu::Buffer,
+    depth: wgpu::TextureView,
+}
+
+/// What drawing maps needs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sources<'a> {
+    pub(crate) mesh_pass: &'a MeshPass,
+    pub(crate) splat_pass: &'a SplatPass,
+    pub(crate) mesh: &'a MeshStore,
+    pub(crate) points: &'a PointStore,
+}
+
+impl DepthMaps {
+    pub(crate) fn new(gpu: &Gpu, side: u32) -> Self {
+        let limits = gpu.device.limits();
+        let bytes_a_map = layer_bytes(side);
+        let max_maps = (limits.max_storage_buffer_binding_size / bytes_a_map)
+            .min(limits.max_buffer_size / bytes_a_map)
+            .min(u64::from(limits.max_texture_array_layers))
+            .min(MAX_MAPS as u64) as usize;
+        let max_maps = max_maps.max(1);
+        let textures = Textures::new(gpu, side, FIRST_MAPS.min(max_maps));
+        Self { side, max_maps, slots: HashMap::new(), textures, frame: 0 }
+    }
+
+    /// How many photographs one frame may use.
+    pub(crate) fn max_maps(&self) -> usize {
+        self.max_maps
+    }
+
+    /// Texels a row, and rows a layer.
+    pub(crate) fn side(&self) -> u32 {
+        self.side
+    }
+
+    /// The layer of a photograph's map, if it has one.
+    pub(crate) fn layer(&self, id: &ImageId) -> Option<u32> {
+        self.slots.get(id).map(|slot| slot.layer as u32)
+    }
+
+    /// All layers of mesh depth.
+    pub(crate) fn mesh_view(&self) -> wgpu::TextureView {
+        self.textures.mesh.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        })
+    }
+
+    /// All layers of point depth.
+    pub(crate) fn points_buffer(&self) -> &wgpu::Buffer {
+        &self.textures.points
+    }
+
+    pub(crate) fn forget(&mut self, id: &ImageId) {
+        self.slots.remove(id);
+    }
+
+    /// Notes that the mesh changed within `bounds`.
+    pub(crate) fn mesh_changed(&mut self, photographs: &PhotographStore, bounds: &Bounds3) {
+        for slot in self.touched(photographs, bounds, 0.0) {
+            slot.mesh_is_stale = true;
+        }
+    }
+
+    /// Notes that points arrived within `bounds`.
+    pub(crate) fn points_added(
+        &mut self,
+        photographs: &PhotographStore,
+        id: PointNodeId,
+        bounds: &Bounds3,
+        margin_m: f64,
+    ) {
+        for slot in self.touched(photographs, bounds, margin_m) {
+            slot.pending.insert(id);
+        }
+    }
+
+    /// Notes that points were lost within `bounds`.
+    pub(crate) fn points_removed(
+        &mut self,
+        photographs: &PhotographStore,
+        bounds: &Bounds3,
+        margin_m: f64,
+    ) {
+        for slot in self.touched(photographs, bounds, margin_m) {
+            slot.points_are_stale = true;
+        }
+    }
+
+    /// Gives each selected photograph a map and brings it up to date.
+    pub(crate) fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        sources: &Sources<'_>,
+        selected: &[(&ImageId, &Photograph)],
+    ) {
+        self.frame += 1;
+        self.reserve(gpu, selected.len());
+        for (id, _) in selected {
+            if let Some(slot) = self.slots.get_mut(*id) {
+                slot.last_used = self.frame;
+            }
+        }
+        for (id, photograph) in selected {
+            self.assign(id);
+            let Some(slot) = self.slots.get_mut(*id) else { continue };
+            let camera = Camera::new(&photograph.camera, &photograph.map);
+            if std::mem::take(&mut slot.mesh_is_stale) {
+                let centre = photograph.camera.centre;
+                let list = sources.mesh.draw_list(gpu, &photograph.frustum, centre);
+                let (map, depth) = (self.textures.mesh_layer(slot.layer), &self.textures.depth);
+                sources.mesh_pass.draw_depth(gpu, encoder, &camera, &list, &map, depth);
+            }
+            let pending = std::mem::take(&mut slot.pending);
+            let redraw = std::mem::take(&mut slot.points_are_stale);
+            if redraw || !pending.is_empty() {
+                let list =
+                    sources.points.draw_list(&photograph.frustum, photograph.camera.centre, |id| {
+                        redraw || pending.contains(id)
+                    });
+                let depths = self.textures.points_layer(slot.layer, self.side);
+                if redraw {
+                    sources.splat_pass.clear(gpu, encoder, depths.clone());
+                }
+                let (pass, store) = (sources.splat_pass, sources.points);
+                pass.draw_depth(gpu, encoder, store, &list, &camera, &depths, self.side);
+            }
+        }
+    }
+
+    fn touched<'a>(
+        &'a mut self,
+        photographs: &'a PhotographStore,
+        bounds: &'a Bounds3,
+        margin_m: f64,
+    ) -> impl Iterator<Item = &'a mut Slot> {
+        let touched: HashSet<&ImageId> = photographs
+            .iter()
+            .filter(|(_, photograph)| {
+                !bounds.is_empty() && photograph.frustum.meets_box(bounds, margin_m)
+            })
+            .map(|(id, _)| id)
+            .collect();
+        self.slots.iter_mut().filter(move |(id, _)| touched.contains(id)).map(|(_, slot)| slot)
+    }
+
+    /// Makes room for `wanted` maps. Maps that exist are drawn again in larger textures:
+    /// that happens a few times in a renderer's life.
+    fn reserve(&mut self, gpu: &Gpu, wanted: usize) {
+        if wanted > self.textures.layers && self.textures.layers < self.max_maps {
+            let layers = wanted.next_power_of_two().min(self.max_maps);
+            self.textures = Textures::new(gpu, self.side, layers);
+            self.slots.clear();
+        }
+    }
+
+    /// Gives a photograph without a map a free layer, or that of the map whose last use is
+    /// longest ago.
+    fn assign(&mut self, id: &ImageId) {
+        if self.slots.contains_key(id) {
+            return;
+        }
+        let used: HashSet<usize> = self.slots.values().map(|slot| slot.layer).collect();
+        let free = (0..self.textures.layers).find(|layer| !used.contains(layer));
+        let oldest = || {
+            let (id, slot) = self
+                .slots
+                .iter()
+                .filter(|(_, slot)| slot.last_used < self.frame)
+                .min_by_key(|(_, slot)| slot.last_used)?;
+            Some((id.clone(), slot.layer))
+        };
+        let layer = match free {
+            Some(layer) => layer,
+            None => match oldest() {
+                Some((oldest, layer)) => {
+                    self.slots.remove(&oldest);
+                    layer
+                }
+                None => return,
+            },
+        };
+        self.slots.insert(
+            id.clone(),
+            Slot {
+                layer,
+                last_used: self.frame,
+                mesh_is_stale: true,
+                points_are_stale: true,
+                pending: BTreeSet::new(),
+            },
+        );
+    }
+}
+
+impl Textures {
+    fn new(gpu: &Gpu, side: u32, layers: usize) -> Self {
+        let texture = |format, layers, usage| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("depth maps"),
+                size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: usage | wgpu::TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            })
+        };
+        let empty = wgpu::TextureUsages::empty();
+        Self {
+            layers,
+            mesh: texture(mesh::MAP_FORMAT, layers as u32, wgpu::TextureUsages::TEXTURE_BINDING),
+            points: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("depth maps of points"),
+                size: layers as u64 * layer_bytes(side),
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
+            depth: texture(mesh::DEPTH_FORMAT, 1, empty).create_view(&Default::default()),
+        }
+    }
+
+    fn mesh_layer(&self, layer: usize) -> wgpu::TextureView {
+        self.mesh.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2),
+            base_array_layer: layer as u32,
+            array_layer_count: Some(1),
+            ..Default::default()
+        })
+    }
+
+    fn points_layer(&self, layer: usize, side: u32) -> wgpu::BufferBinding<'_> {
+        wgpu::BufferBinding {
+            buffer: &self.points,
+            offset: layer as u64 * layer_bytes(side),
+            size: std::num::NonZero::new(layer_bytes(side)),
+        }
+    }
+}
+
+fn layer_bytes(side: u32) -> u64 {
+    u64::from(side) * u64::from(side) * 4
+}

@@ -1,0 +1,46 @@
+//! The depth test, in f64.
+//!
+//! A depth map knows two surfaces a texel: the nearest mesh, uncertain by δ, and the nearest
+//! point, certain to centimetres. A place is tested against each according to what it is:
+//!
+//! | the place is | against mesh at `z_m ± δ_m` | against a point at `z_p` |
+//! |---|---|---|
+//! | mesh, uncertain by δ | exactly: both come from the same mesh | it may be the same surface: `z − δ ≤ z_p` |
+//! | a point | the mesh occludes from its far surface: `z ≤ z_m + δ_m` | exactly |
+//!
+//! "Exactly" leaves the width of one texel: where two faces meet, the texel's centre may lie
+//! on the other one. The slope of the place's own plane needs no allowance, because its depth
+//! is taken on the ray of the texel's centre, where the map was drawn.
+
+use glam::DVec3;
+
+/// What one texel knows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Occluders {
+    pub(crate) mesh_m: f64,
+    pub(crate) mesh_uncertainty_m: f64,
+    pub(crate) point_m: f64,
+}
+
+/// What is being tested.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Place {
+    Mesh { uncertainty_m: f64 },
+    Point,
+}
+
+/// Centimetres of noise allowed to lidar ranges.
+const POINT_NOISE_M: f64 = 0.03;
+
+pub(crate) fn depth_on_texel_ray(c: DVec3, n: DVec3, ray: DVec3) -> f64 {
+    let z = n.dot(c) / n.dot(ray);
+    if z > 0.0 { z.min(c.z).max(0.5 * c.z) } else { c.z }
+}
+
+pub(crate) fn is_visible(z: f64, texel_m: f64, place: Place, occluders: Occluders) -> bool {
+    let (mesh, point) = match place {
+        Place::Mesh { uncertainty_m } => (z, z - uncertainty_m),
+        Place::Point => (z - occluders.mesh_uncertainty_m, z),
+    };
+    mesh <= occluders.mesh_m + texel_m && point <= occluders.point_m + texel_m + POINT_NOISE_M
+}

@@ -1,0 +1,118 @@
+//! What can go wrong between scene updates and a frame.
+
+use flaneur_scene::{ImageId, PointNodeId, TileKey};
+use glam::UVec2;
+
+/// Why an update was refused or a frame could not be drawn. A refused update leaves what
+/// is resident as it was.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The machine has no graphics driver that can be used.
+    #[error(
+        "no Vulkan, Metal or DirectX 12 adapter: install a graphics driver, or mesa-vulkan-drivers for one in software"
+    )]
+    NoAdapter,
+    /// The driver refused to open the adapter.
+    #[error(
+        "adapter {adapter:?} cannot be opened ({reason}): update its driver, or install mesa-vulkan-drivers for one in software"
+    )]
+    Device {
+        /// Name of the adapter.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// The driver failed while it worked.
+    #[error("the graphics driver failed: {0}")]
+    Driver(String),
+    /// The picture asked for is empty or too large.
+    #[error(
+        "a picture of {}x{} pixels cannot be rendered: sides must be 1 to {max_side} and their product at most {max_pixels}",
+        size.x,
+        size.y
+    )]
+    ViewSize {
+        /// The size asked for.
+        size: UVec2,
+        /// Longest side allowed.
+        max_side: u32,
+        /// Most pixels allowed.
+        max_pixels: u64,
+    },
+    /// The view's camera is no camera.
+    #[error("the view has no usable camera: {what}")]
+    ViewCamera {
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// A tile of mesh contradicts itself.
+    #[error("mesh tile {key:?}: triangle index {index} is out of range of {vertices} vertices")]
+    MeshIndex {
+        /// The tile.
+        key: TileKey,
+        /// The offending index, or the number of indices where it is no multiple of three.
+        index: u32,
+        /// Vertices in the tile.
+        vertices: usize,
+    },
+    /// A tile of mesh is larger than the device takes in one piece.
+    #[error(
+        "mesh tile {key:?}: {bytes} bytes exceed the device's limit of {limit}: send smaller tiles"
+    )]
+    MeshSize {
+        /// The tile.
+        key: TileKey,
+        /// Bytes it needs.
+        bytes: u64,
+        /// Bytes a buffer may have.
+        limit: u64,
+    },
+    /// The columns of a point chunk differ in length.
+    #[error("points {id:?}: {colours} colours for {positions} positions")]
+    PointColumns {
+        /// The chunk.
+        id: PointNodeId,
+        /// Positions in it.
+        positions: usize,
+        /// Colours in it.
+        colours: usize,
+    },
+    /// The distance between a chunk's points, or its origin, is no number.
+    #[error(
+        "points {id:?}: origin and spacing must be finite and the spacing positive, found {spacing_m} m"
+    )]
+    PointSpacing {
+        /// The chunk.
+        id: PointNodeId,
+        /// The spacing found.
+        spacing_m: f32,
+    },
+    /// The budget for points is used up.
+    #[error("points need {needed} bytes of {budget}: drop some, or raise the budget")]
+    PointMemory {
+        /// Bytes that all resident chunks and this one need.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
+    /// A photograph contradicts itself.
+    #[error("image {id}: {what}")]
+    Image {
+        /// The photograph.
+        id: ImageId,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The budget for photographs is used up.
+    #[error(
+        "image {id} needs {needed} bytes of texture in all, of {budget}: drop some, or send coarser levels"
+    )]
+    ImageMemory {
+        /// The photograph that did not fit.
+        id: ImageId,
+        /// Bytes that the textures would take.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
+}

@@ -1,0 +1,103 @@
+//! A rendered picture, and what went into it.
+
+use glam::UVec2;
+
+/// A finished picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Size in pixels.
+    pub size: UVec2,
+    /// sRGB, rows from the top, alpha 255 everywhere.
+    pub rgba: Vec<u8>,
+    /// What each pixel shows, in the order of `rgba`.
+    pub surfaces: Vec<Surface>,
+    /// Counts.
+    pub stats: FrameStats,
+}
+
+/// What a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum Surface {
+    /// No geometry: the background colour.
+    Background = 0,
+    /// Mesh that no photograph reaches, in a neutral shade.
+    MeshUncoloured = 1,
+    /// Mesh coloured by at least one photograph.
+    MeshColoured = 2,
+    /// A point that no photograph reaches, in its own colour or a neutral shade.
+    PointUncoloured = 3,
+    /// A point coloured by at least one photograph.
+    PointColoured = 4,
+}
+
+/// How much was there, and how much of it was used.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameStats {
+    /// Triangles resident.
+    pub triangles: u64,
+    /// Triangles of the tiles that meet the view.
+    pub triangles_drawn: u64,
+    /// Points resident.
+    pub points: u64,
+    /// Points of the chunks that meet the view.
+    pub points_drawn: u64,
+    /// Points refused since the renderer was made: not finite, or too far from their origin.
+    pub points_refused: u64,
+    /// Photographs resident.
+    pub images: u64,
+    /// Photographs of the nearest rigs that can see something of the view.
+    pub images_drawn: u64,
+    /// Pixels that show mesh or points.
+    pub geometry_pixels: u64,
+    /// Pixels that show mesh or points and that at least one photograph colours.
+    pub coloured_pixels: u64,
+}
+
+impl Surface {
+    /// Whether the pixel shows mesh or a point.
+    pub fn is_geometry(self) -> bool {
+        self != Self::Background
+    }
+
+    /// Whether a photograph colours the pixel.
+    pub fn is_coloured(self) -> bool {
+        matches!(self, Self::MeshColoured | Self::PointColoured)
+    }
+
+    fn from_code(code: u8) -> Self {
+        match code {
+            1 => Self::MeshUncoloured,
+            2 => Self::MeshColoured,
+            3 => Self::PointUncoloured,
+            4 => Self::PointColoured,
+            _ => Self::Background,
+        }
+    }
+}
+
+impl FrameStats {
+    /// The share of the pixels showing geometry that at least one photograph colours, 0 to 1;
+    /// 0 where no pixel shows geometry.
+    pub fn coverage(&self) -> f64 {
+        if self.geometry_pixels == 0 {
+            return 0.0;
+        }
+        self.coloured_pixels as f64 / self.geometry_pixels as f64
+    }
+}
+
+impl Frame {
+    /// The picture whose alpha holds [`Surface`] codes, as the shading pass leaves it.
+    pub(crate) fn from_coded(size: UVec2, mut rgba: Vec<u8>, mut stats: FrameStats) -> Self {
+        let mut surfaces = Vec::with_capacity(rgba.len() / 4);
+        for alpha in rgba.iter_mut().skip(3).step_by(4) {
+            let surface = Surface::from_code(*alpha);
+            stats.geometry_pixels += u64::from(surface.is_geometry());
+            stats.coloured_pixels += u64::from(surface.is_coloured());
+            surfaces.push(surface);
+            *alpha = 255;
+        }
+        Self { size, rgba, surfaces, stats }
+    }
+}

@@ -1,0 +1,63 @@
+//! The device that renderers share.
+
+use crate::RenderError;
+
+/// A graphics device without a window. Clones share the device.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    info: wgpu::AdapterInfo,
+}
+
+impl Gpu {
+    /// Opens the best adapter: discrete before integrated before virtual before software.
+    ///
+    /// # Errors
+    /// [`RenderError::NoAdapter`] where there is none, [`RenderError::Device`] where the
+    /// driver refuses to open it.
+    pub fn new() -> Result<Self, RenderError> {
+        pollster::block_on(Self::open())
+    }
+
+    /// Name of the adapter, as its driver gives it.
+    pub fn adapter_name(&self) -> &str {
+        &self.info.name
+    }
+
+    /// Whether the adapter is a program on the processor.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    async fn open() -> Result<Self, RenderError> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let mut adapters = instance.enumerate_adapters(wgpu::Backends::PRIMARY).await;
+        // Stable: among equals the driver's own order decides.
+        adapters.sort_by_key(|adapter| preference(adapter.get_info().device_type));
+        let adapter = adapters.into_iter().next().ok_or(RenderError::NoAdapter)?;
+        let info = adapter.get_info();
+        let (device, queue) = adapter
+            .request_device(&wgpu::DeviceDescriptor {
+                label: Some("flaneur"),
+                required_limits: adapter.limits(),
+                ..Default::default()
+            })
+            .await
+            .map_err(|error| RenderError::Device {
+                adapter: info.name.clone(),
+                reason: error.to_string(),
+            })?;
+        Ok(Self { device, queue, info })
+    }
+}
+
+fn preference(kind: wgpu::DeviceType) -> u8 {
+    match kind {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
+}

@@ -1,0 +1,63 @@
+// Triangles into a G-buffer, or into a photograph's depth map. Needs camera.wgsl.
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+
+struct Vertex {
+    @location(0) position: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) uncertainty: f32,
+    @location(3) surface_class: u32,
+    // Tile origin minus the camera's centre, taken in f64: one instance a tile.
+    @location(4) origin: vec3<f32>,
+}
+
+struct Corner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) position: vec3<f32>,
+    @location(1) @interpolate(flat) normal: vec3<f32>,
+    @location(2) uncertainty: f32,
+    @location(3) @interpolate(flat) surface_class: u32,
+}
+
+struct GBuffer {
+    // The tangent plane n . p = d relative to the eye, n towards the eye.
+    @location(0) plane: vec4<f32>,
+    // Low half: uncertainty in metres as f16. High half: class + 1.
+    @location(1) surface: u32,
+}
+
+@vertex
+fn vs(vertex: Vertex) -> Corner {
+    let p = vertex.origin + vertex.position;
+    let c = cam_from_world(camera, p);
+    let size = vec2<f32>(camera.size);
+    // Pixel u = f x/z + c as clip coordinates; y up there, down here. Depth is near / z.
+    let ndc_scale = 2.0 * camera.focal / size;
+    let ndc_offset = 2.0 * camera.centre / size - 1.0;
+    let xy = ndc_scale * c.xy + ndc_offset * c.z;
+    var corner: Corner;
+    corner.clip = vec4(xy.x, -xy.y, camera.near, c.z);
+    corner.position = p;
+    corner.normal = vertex.normal;
+    corner.uncertainty = vertex.uncertainty;
+    corner.surface_class = vertex.surface_class;
+    return corner;
+}
+
+@fragment
+fn fs_gbuffer(corner: Corner) -> GBuffer {
+    var n = corner.normal;
+    if dot(n, corner.position) > 0.0 {
+        n = -n;
+    }
+    var out: GBuffer;
+    out.plane = vec4(n, dot(n, corner.position));
+    out.surface = (pack2x16float(vec2(corner.uncertainty, 0.0)) & 0xffffu) | ((corner.surface_class + 1u) << 16u);
+    return out;
+}
+
+// Depth along the axis and uncertainty, both metres.
+@fragment
+fn fs_depth(corner: Corner) -> @location(0) vec2<f32> {
+    return vec2(dot(camera.forward, corner.position), corner.uncertainty);
+}

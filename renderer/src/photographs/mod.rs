@@ -1,0 +1,183 @@
+//! Resident photographs, and which of them a view should use.
+
+use std::collections::BTreeMap;
+
+use flaneur_scene::{Distortion, ImageId, ImageUpdate, Lens, PosedCamera};
+use glam::{DMat3, DVec3};
+
+use crate::frustum::Frustum;
+use crate::lens::gpu_data::Lens as LensData;
+use crate::pinhole::Pinhole;
+use crate::{Gpu, RenderError, Settings};
+
+pub(crate) mod atlas;
+mod shelves;
+#[cfg(test)]
+mod tests;
+
+use atlas::{Atlas, NoPlace, Place};
+
+/// How far rows of a rotation may be from orthonormal.
+const ROTATION_TOLERANCE: f64 = 1e-4;
+
+/// A photograph at the level that is resident.
+#[derive(Debug)]
+pub(crate) struct Photograph {
+    /// Pose, and the lens of level 0.
+    pub(crate) camera: PosedCamera,
+    /// The lens of the resident level.
+    pub(crate) lens: LensData,
+    /// The ideal pinhole of its depth map.
+    pub(crate) map: Pinhole,
+    pub(crate) frustum: Frustum,
+    pub(crate) place: Place,
+}
+
+#[derive(Debug)]
+pub(crate) struct PhotographStore {
+    photographs: BTreeMap<ImageId, Photograph>,
+    pub(crate) atlas: Atlas,
+}
+
+impl PhotographStore {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        Self { photographs: BTreeMap::new(), atlas: Atlas::new(gpu) }
+    }
+
+    /// Adds a photograph or replaces its pixels; gives whether its geometry changed.
+    pub(crate) fn insert(
+        &mut self,
+        gpu: &Gpu,
+        settings: &Settings,
+        update: &ImageUpdate,
+    ) -> Result<bool, RenderError> {
+        let error = |what: String| RenderError::Image { id: update.id.clone(), what };
+        check(update).map_err(error)?;
+        let side = settings.depth_map_side;
+        let map = Pinhole::for_depth_map(&update.camera.lens, side).ok_or_else(|| {
+            error("its lens sees nothing: check focal length and distortion".into())
+        })?;
+        let place = self
+            .atlas
+            .insert(gpu, update.size, &update.rgba, settings.image_memory_bytes)
+            .map_err(|reason| no_place(update, settings, reason))?;
+        let lens = LensData::new(&update.camera.lens.scaled_to(update.size));
+        let frustum = Frustum::new(&update.camera, &map);
+        let photograph = Photograph { camera: update.camera, lens, map, frustum, place };
+        let before = self.photographs.insert(update.id.clone(), photograph);
+        if let Some(before) = &before {
+            self.atlas.remove(&before.place);
+        }
+        Ok(before.is_none_or(|before| before.camera != update.camera))
+    }
+
+    pub(crate) fn remove(&mut self, id: &ImageId) {
+        if let Some(photograph) = self.photographs.remove(id) {
+            self.atlas.remove(&photograph.place);
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.photographs.len()
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&ImageId, &Photograph)> {
+        self.photographs.iter()
+    }
+
+    /// The photographs that can see something of `view`, of the `rigs` rigs nearest to `eye`
+    /// that have any, nearest first and each rig's together; at most `limit`.
+    pub(crate) fn select(
+        &self,
+        view: &Frustum,
+        eye: DVec3,
+        rigs: usize,
+        limit: usize,
+    ) -> Vec<(&ImageId, &Photograph)> {
+        let mut by_rig: BTreeMap<&str, Vec<(&ImageId, &Photograph)>> = BTreeMap::new();
+        for (id, photograph) in &self.photographs {
+            if photograph.frustum.meets(view) {
+                by_rig.entry(id.panorama()).or_default().push((id, photograph));
+            }
+        }
+        let mut nearest: Vec<(f64, Vec<(&ImageId, &Photograph)>)> = by_rig
+            .into_values()
+            .map(|rig| {
+                let distance = |(_, p): &(_, &Photograph)| p.camera.centre.distance_squared(eye);
+                (rig.iter().map(distance).fold(f64::INFINITY, f64::min), rig)
+            })
+            .collect();
+        nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut selected: Vec<_> =
+            nearest.into_iter().take(rigs).flat_map(|(_, rig)| rig).collect();
+        selected.truncate(limit);
+        selected
+    }
+}
+
+/// Why `camera` cannot be used, if so.
+pub(crate) fn camera_fault(camera: &PosedCamera) -> Option<&'static str> {
+    let Lens { size, intrinsics: i, distortion } = camera.lens;
+    let rotation = camera.cam_from_world;
+    let orthonormal =
+        (rotation * rotation.transpose()).abs_diff_eq(DMat3::IDENTITY, ROTATION_TOLERANCE);
+    let coefficients = match distortion {
+        Distortion::None => true,
+        Distortion::RadialPixels { centre, k, limit_px } => {
+            centre.is_finite() && k.iter().all(|x| x.is_finite()) && limit_px > 0.0
+        }
+        Distortion::Brown { k, p } => k.iter().chain(&p).all(|x| x.is_finite()),
+        Distortion::Fisheye { k } => k.iter().all(|x| x.is_finite()),
+    };
+    let focal = |f: f64| f > 0.0 && f.is_finite();
+    if size.min_element() == 0 {
+        Some("its lens has no pixels")
+    } else if !camera.centre.is_finite() {
+        Some("its centre is not finite")
+    } else if !orthonormal || rotation.determinant() < 0.0 {
+        Some("its orientation is no rotation")
+    } else if !focal(i.fx) || !focal(i.fy) || !i.cx.is_finite() || !i.cy.is_finite() {
+        Some("its focal lengths must be positive and its principal point finite")
+    } else if !coefficients {
+        Some("its distortion is not finite")
+    } else {
+        None
+    }
+}
+
+fn check(update: &ImageUpdate) -> Result<(), String> {
+    if let Some(fault) = camera_fault(&update.camera) {
+        return Err(fault.to_owned());
+    }
+    let expected = u64::from(update.size.x) * u64::from(update.size.y) * 4;
+    if expected == 0 || expected != update.rgba.len() as u64 {
+        return Err(format!(
+            "{} bytes cannot be a picture of {}x{} pixels in RGBA",
+            update.rgba.len(),
+            update.size.x,
+            update.size.y
+        ));
+    }
+    Ok(())
+}
+
+fn no_place(update: &ImageUpdate, settings: &Settings, reason: NoPlace) -> RenderError {
+    let id = update.id.clone();
+    match reason {
+        NoPlace::Memory { needed } => {
+            RenderError::ImageMemory { id, needed, budget: settings.image_memory_bytes }
+        }
+        NoPlace::TooLarge { side } => {
+            let what = format!(
+                "{}x{} pixels exceed the {side} pixels a side that the device takes: send a coarser level",
+                update.size.x, update.size.y
+            );
+            RenderError::Image { id, what }
+        }
+        NoPlace::Device => {
+            let what =
+                "the device has no texture memory left: drop photographs, or send coarser levels";
+            RenderError::Image { id, what: what.to_owned() }
+        }
+    }
+}

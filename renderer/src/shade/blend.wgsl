@@ -1,0 +1,25 @@
+// How much a photograph has to say about a place. Equations and reasons in
+// shade/reference.rs.
+
+// Metres. Keeps the weight finite where the eye, or the place, is at a photograph's centre.
+const NEAREST_M: f32 = 0.05;
+// Share of the picture's shorter side over which a photograph fades towards its border.
+const FEATHER: f32 = 0.05;
+
+// Equation 4 of Park et al. with alpha = 4. Squared distances in metres.
+fn park_weight(cosine: f32, place_distance_2: f32, eye_distance_2: f32) -> f32 {
+    let c2 = cosine * cosine;
+    let nearest_2 = NEAREST_M * NEAREST_M;
+    return select(0.0, c2 * c2, cosine > 0.0)
+        / ((place_distance_2 + nearest_2) * (eye_distance_2 + nearest_2));
+}
+
+// border: distance from the picture's border as a share of its shorter side.
+fn feather_weight(border: f32) -> f32 {
+    return smoothstep(0.0, 1.0, border / FEATHER);
+}
+
+// visible: share of the bilinear footprint in the depth map that sees the place.
+fn edge_weight(visible: f32) -> f32 {
+    return clamp(2.0 * visible - 1.0, 0.0, 1.0);
+}

@@ -1,0 +1,128 @@
+//! Every shader parses and validates, and every Rust mirror of a WGSL struct has its layout,
+//! checked without a graphics driver.
+
+use std::mem::offset_of;
+
+use crate::{camera, depth_map, lens, mesh, photographs, shade, splat};
+
+fn sources() -> Vec<(&'static str, String)> {
+    vec![
+        ("mesh", mesh::wgsl()),
+        ("splat", splat::wgsl()),
+        ("resolve", splat::RESOLVE_WGSL.to_owned()),
+        ("fill", splat::FILL_WGSL.to_owned()),
+        ("halve", photographs::atlas::HALVE_WGSL.to_owned()),
+        ("shade", shade::wgsl()),
+        ("lens", lens::WGSL.to_owned()),
+        ("depth_map", depth_map::WGSL.to_owned()),
+        ("blend", shade::BLEND_WGSL.to_owned()),
+    ]
+}
+
+#[test]
+fn every_shader_is_valid() {
+    for (name, source) in sources() {
+        let module = naga::front::wgsl::parse_str(&source)
+            .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
+        // No capability beyond WebGPU's own, which has pack2x16float: the shaders are to run
+        // on lavapipe and in browsers.
+        naga::valid::Validator::new(
+            naga::valid::ValidationFlags::all(),
+            naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32,
+        )
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
+    }
+}
+
+/// Asserts that the members of a WGSL struct lie where those of its Rust mirror do.
+macro_rules! assert_mirrors {
+    ($source:expr, $name:literal, $mirror:ty, [$($field:ident),* $(,)?]) => {
+        let expected = vec![$((stringify!($field), offset_of!($mirror, $field))),*];
+        assert_layout(&$source, $name, &expected, size_of::<$mirror>());
+    };
+}
+
+#[test]
+fn mirrors_have_the_layout_of_their_shaders() {
+    assert_mirrors!(
+        mesh::wgsl(),
+        "Camera",
+        camera::gpu_data::Camera,
+        [right, near, down, padding_0, forward, padding_1, focal, centre, size, padding_2]
+    );
+    assert_mirrors!(
+        lens::WGSL,
+        "Lens",
+        lens::gpu_data::Lens,
+        [focal, centre, distortion_centre, limit, model, k, tangential, size]
+    );
+    assert_mirrors!(
+        splat::wgsl(),
+        "Job",
+        splat::gpu_data::Job,
+        [camera, phase, first_block, stride, min_radius_px, max_radius_px, push, padding]
+    );
+    assert_mirrors!(
+        splat::RESOLVE_WGSL,
+        "Resolve",
+        splat::gpu_data::Resolve,
+        [size, first_block, end_block]
+    );
+    assert_mirrors!(
+        photographs::atlas::HALVE_WGSL,
+        "Halve",
+        photographs::atlas::gpu_data::Halve,
+        [source_corner, source_size, target_corner, padding]
+    );
+    assert_mirrors!(
+        shade::wgsl(),
+        "Frame",
+        shade::gpu_data::Frame,
+        [camera, lens, background, photograph_count, grid_columns, grid_step, map_side, padding]
+    );
+    assert_mirrors!(
+        shade::wgsl(),
+        "Photograph",
+        shade::gpu_data::Photograph,
+        [
+            lens,
+            right,
+            rig,
+            down,
+            map_layer,
+            forward,
+            eye_distance_2,
+            centre,
+            atlas,
+            map_focal,
+            map_centre,
+            map_size,
+            layer,
+            max_lod,
+            corner,
+            texel,
+            padding
+        ]
+    );
+}
+
+fn assert_layout(source: &str, name: &str, expected: &[(&str, usize)], expected_size: usize) {
+    let module = naga::front::wgsl::parse_str(source).expect("every_shader_is_valid");
+    let (members, span) = module
+        .types
+        .iter()
+        .find_map(|(_, ty)| match &ty.inner {
+            naga::TypeInner::Struct { members, span, .. } if ty.name.as_deref() == Some(name) => {
+                Some((members, *span))
+            }
+            _ => None,
+        })
+        .unwrap_or_else(|| panic!("no struct {name}"));
+    let found: Vec<(&str, usize)> = members
+        .iter()
+        .map(|m| (m.name.as_deref().unwrap_or_default(), m.offset as usize))
+        .collect();
+    assert_eq!(found, expected, "{name}");
+    assert_eq!(span as usize, expected_size, "size of {name}");
+}
