@@ -29,7 +29,7 @@ pub(super) fn build_in_memory(
     let (records, summary) = read_all(job, group)?;
     let mut grid = Grid::around(summary.min, summary.max, group.layout.scale, group.layout.offset);
 
-    let stage = job.progress.stage("sort points", summary.point_count, Unit::Points);
+    let stage = job.stage("sort points", summary.point_count, Unit::Points);
     let mut keys = keys_of(&records, length, &grid);
     keys.par_sort_unstable();
     job.check()?;
@@ -40,7 +40,7 @@ pub(super) fn build_in_memory(
     stage.advance(summary.point_count);
     drop(stage);
 
-    let stage = job.progress.stage("write points", summary.point_count, Unit::Points);
+    let stage = job.stage("write points", summary.point_count, Unit::Points);
     let summary = finished(summary);
     let mut writer = CopcWriter::create(path, group.copc_header(grid.cube))
         .map_err(|source| write_error(path, source))?;
@@ -128,7 +128,7 @@ pub(super) fn rekey(keys: &mut [Key], records: &[u8], length: usize, grid: &Grid
 /// All records of a group in the order of its files.
 fn read_all(job: &Job, group: &Group) -> Result<(Vec<u8>, CopcSummary), IngestError> {
     let length = group.layout.record_length();
-    let stage = job.progress.stage("read points", group.point_count(), Unit::Points);
+    let stage = job.stage("read points", group.point_count(), Unit::Points);
     let mut records = vec![0; group.point_count() as usize * length];
     let mut jobs = Vec::new();
     let mut left = records.as_mut_slice();

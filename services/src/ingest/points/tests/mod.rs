@@ -5,11 +5,9 @@ mod made;
 mod round_trip;
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
 
 use super::{PointsInput, StagedPoints, ingest_points};
-use crate::ingest::{IngestError, Job, NoProgress};
+use crate::ingest::{IngestError, Job};
 
 /// A job in a folder that goes away with the value.
 struct Workplace {
@@ -20,15 +18,7 @@ struct Workplace {
 impl Workplace {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let job = Job {
-            work: folder.path().join("work"),
-            memory: 2 << 30,
-            skip_damaged: false,
-            confine: false,
-            progress: Box::new(NoProgress),
-            cancelled: AtomicBool::new(false),
-            warnings: Mutex::default(),
-        };
+        let job = Job::new(folder.path().join("work"), 2 << 30);
         Self { job, folder }
     }
 
@@ -43,8 +33,8 @@ impl Workplace {
         path
     }
 
-    fn warning_kinds(&self) -> Vec<&'static str> {
-        self.job.warnings.lock().unwrap().iter().map(|warning| warning.kind).collect()
+    fn warning_kinds(&self) -> Vec<String> {
+        self.job.warnings().counts().into_keys().collect()
     }
 }
 
