@@ -6,6 +6,7 @@
 
 mod error;
 mod job;
+pub mod panoramas;
 pub mod points;
 pub mod street;
 mod warnings;

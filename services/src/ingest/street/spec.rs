@@ -159,7 +159,7 @@ pub struct EquirectangularSpec {
 }
 
 /// A colour of a mask image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum MaskColour {
     /// `"white"`.
     White,

@@ -1,0 +1,85 @@
+//! Reading small files whole, and which of the listed images exist.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::draft::Draft;
+use crate::ingest::{BadInput, IngestError, Job};
+
+/// The bytes of a list, calibration or model. It may take a quarter of the memory budget.
+pub(super) fn read_whole(job: &Job, path: &Path) -> Result<Vec<u8>, IngestError> {
+    let limit = job.memory / 4;
+    let mut bytes = Vec::new();
+    let file = open(path)?;
+    // One byte more than allowed, so that a file that grows or lies about its size is caught.
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(|e| unreadable(path, &e))?;
+    if bytes.len() as u64 > limit {
+        return Err(BadInput::error(
+            path,
+            "",
+            format!("it is larger than {} MiB, a quarter of the memory budget", limit >> 20),
+            "raise --memory or split the file",
+        ));
+    }
+    Ok(bytes)
+}
+
+/// Opens a file that must exist.
+pub(super) fn open(path: &Path) -> Result<File, IngestError> {
+    File::open(path).map_err(|e| unreadable(path, &e))
+}
+
+/// A file that cannot be opened or read.
+pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> IngestError {
+    BadInput::error(
+        path,
+        "",
+        format!("cannot be read: {error}"),
+        "check its path in street.toml and its permissions",
+    )
+}
+
+/// The drafts of one entry without the cameras whose image is absent: each of those is a
+/// warning, and an error where nothing is left, since then the path is at fault.
+pub(super) fn keep_existing(job: &Job, drafts: Vec<Draft>) -> Result<Vec<Draft>, IngestError> {
+    let mut first_absent = None;
+    let mut absent = 0_u64;
+    let mut kept = Vec::with_capacity(drafts.len());
+    for mut draft in drafts {
+        job.check()?;
+        draft.cameras.retain(|camera| {
+            if camera.image.is_file() {
+                return true;
+            }
+            job.warn(
+                "absent-image",
+                format!(
+                    "{}, {}: the image of camera {} is absent: {}",
+                    draft.file.display(),
+                    draft.place,
+                    camera.id,
+                    camera.image.display()
+                ),
+            );
+            absent += 1;
+            if first_absent.is_none() {
+                first_absent =
+                    Some((draft.file.clone(), draft.place.clone(), camera.image.clone()));
+            }
+            false
+        });
+        if !draft.cameras.is_empty() {
+            kept.push(draft);
+        }
+    }
+    match first_absent {
+        Some((file, place, image)) if kept.is_empty() => Err(BadInput::error(
+            &file,
+            place,
+            format!("all {absent} images are absent, the first is {}", image.display()),
+            "check the path of the images in street.toml",
+        )),
+        _ => Ok(kept),
+    }
+}
