@@ -5,6 +5,7 @@
 //! then copies the files into the store and writes the manifest last.
 
 mod error;
+pub mod ground;
 mod job;
 pub mod panoramas;
 pub mod points;
