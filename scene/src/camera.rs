@@ -152,3 +152,109 @@ impl PosedCamera {
         self.cam_from_world.transpose() * DVec3::Z
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world_from_rig;
+    use proptest::prelude::*;
+
+    /// A real, strongly distorted lens: off-centre, unequal focals.
+    fn calibrated() -> Lens {
+        Lens {
+            size: UVec2::new(2048, 2048),
+            intrinsics: Intrinsics { fx: 1150.7, fy: 1149.2, cx: 1030.29, cy: 1024.96 },
+            distortion: Distortion::RadialPixels {
+                centre: DVec2::new(1042.178, 1027.565),
+                k: [
+                    -1.337_915_876_037_518e-7,
+                    3.475_409_773_283_144e-14,
+                    -4.441_039_859_188_881e-21,
+                ],
+                limit_px: 2079.0,
+            },
+        }
+    }
+
+    proptest! {
+        /// Pixels of a scaled lens are the pixels of the lens, scaled: every model, any size
+        /// of the same proportions.
+        #[test]
+        fn scaled_lenses_scale_their_pixels(
+            x in -0.7..0.7_f64, y in -0.7..0.7_f64, half in 1_u32..5000,
+        ) {
+            let models = [
+                Distortion::None,
+                calibrated().distortion,
+                Distortion::Brown { k: [-0.2, 0.03, 0.0], p: [1e-3, -2e-3] },
+                Distortion::Fisheye { k: [-0.02, 0.01, 0.0, 0.0] },
+            ];
+            for distortion in models {
+                let lens = Lens { distortion, ..calibrated() };
+                let scaled = lens.scaled_to(UVec2::splat(2 * half));
+                let factor = f64::from(2 * half) / 2048.0;
+                let point = DVec3::new(x, y, 1.0);
+                let pixel = lens.project(point).expect("inside the limit");
+                let found = scaled.project(point).expect("inside the limit");
+                prop_assert!(found.distance(pixel * factor) < 1e-9 * factor.max(1.0), "{found} {pixel}");
+                let back = scaled.unproject(found).expect("a pixel of the lens");
+                prop_assert!(back.distance(point) < 1e-9, "{back} {point}");
+            }
+        }
+
+        /// What a camera sees at a pixel lies on the ray that the pixel unprojects to,
+        /// wherever the camera stands: at Lambert-93 northings f64 holds 1 nm.
+        #[test]
+        fn posed_cameras_see_what_they_unproject(
+            heading in 0.0..6.3, pitch in -1.5..1.5, u in 0.0..2048.0, v in 0.0..2048.0,
+            depth in 0.1..500.0_f64,
+        ) {
+            let cam_from_rig = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
+            let camera = PosedCamera {
+                centre: DVec3::new(651_187.76, 6_861_379.05, 41.67),
+                cam_from_world: cam_from_rig * world_from_rig(heading, pitch, 0.1).transpose(),
+                lens: calibrated(),
+            };
+            let pixel = DVec2::new(u, v);
+            let direction = camera.lens.unproject(pixel).expect("every pixel is in the model");
+            let point = camera.centre + camera.cam_from_world.transpose() * (direction * depth);
+            let (found, found_depth) = camera.project(point).expect("in front");
+            // 1 nm at 0.1 m is 1e-8 of a tangent, times a focal length of 1150 px.
+            prop_assert!(found.distance(pixel) < 1e-4, "{found} {pixel}");
+            prop_assert!((found_depth - depth).abs() < 1e-8, "{found_depth} {depth}");
+            prop_assert!((camera.forward().length() - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn behind_and_on_the_eye_plane_is_seen_nowhere() {
+        let lens = calibrated();
+        for z in [0.0, -0.0, -1.0, f64::NAN] {
+            assert_eq!(lens.project(DVec3::new(0.1, 0.1, z)), None, "{z}");
+        }
+        assert_eq!(lens.project(DVec3::new(f64::NAN, 0.1, 1.0)), None);
+        // Grazing the eye plane: past every limit, not wrapped round.
+        assert_eq!(lens.project(DVec3::new(1.0, 0.0, 1e-12)), None);
+        assert_eq!(lens.project(DVec3::new(1.0, 0.0, f64::MIN_POSITIVE)), None);
+    }
+
+    #[test]
+    fn images_hold_their_borders_and_no_more() {
+        let lens = calibrated();
+        for inside in [DVec2::ZERO, DVec2::splat(2048.0), DVec2::new(0.0, 2048.0)] {
+            assert!(lens.contains(inside), "{inside}");
+        }
+        for outside in [DVec2::new(-1e-9, 5.0), DVec2::new(5.0, 2_048.000_001), DVec2::NAN] {
+            assert!(!lens.contains(outside), "{outside}");
+        }
+    }
+
+    #[test]
+    fn the_field_of_view_reaches_the_top_and_the_bottom() {
+        let size = UVec2::new(640, 360);
+        let intrinsics = Intrinsics::from_fov_y(1.0, size);
+        let lens = Lens::pinhole(size, intrinsics);
+        let edge = lens.project(DVec3::new(0.0, 0.5_f64.tan(), 1.0)).expect("in front");
+        assert!(edge.distance(DVec2::new(320.0, 360.0)) < 1e-10, "{edge}");
+    }
+}

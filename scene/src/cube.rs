@@ -78,4 +78,68 @@ mod tests {
         assert!(at(DVec3::X).distance(DVec2::new(300.0, 100.0)) < 1e-12);
         assert!(at(DVec3::Z).y.abs() < 1e-12);
     }
+
+    /// Every direction is seen by some face, at the pixel whose ray leads back to it, and
+    /// the faces' edges meet: what one face sees on its border its neighbour sees on its own.
+    #[test]
+    fn face_pixels_lead_back_to_their_directions() {
+        let lens = CubeFace::lens(128);
+        let mut seen = [0; 6];
+        for i in 0..2000 {
+            // A spiral of evenly spread directions.
+            let z = 1.0 - (f64::from(i) + 0.5) / 1000.0;
+            let azimuth = f64::from(i) * 2.399_963_229_728_653;
+            let d = (DVec2::from_angle(azimuth) * (1.0 - z * z).sqrt()).extend(z);
+            let mut faces = 0;
+            for (face, seen) in CUBE_FACES.iter().zip(&mut seen) {
+                let Some(pixel) = lens.project(face.cam_from_rig() * d) else { continue };
+                if lens.contains(pixel) {
+                    let ray = lens.unproject(pixel).expect("a pinhole sees at every pixel");
+                    let back = (face.cam_from_rig().transpose() * ray).normalize();
+                    assert!(back.distance(d) < 1e-14, "{} {d} {back}", face.name);
+                    *seen += 1;
+                    faces += 1;
+                }
+            }
+            assert!(faces >= 1, "{d}");
+        }
+        // A sixth of the sphere each.
+        assert!(seen.iter().all(|n| (320..350).contains(n)), "{seen:?}");
+    }
+
+    /// The sphere is written from its definition: azimuth over the width, elevation over the
+    /// height, whatever the direction's length.
+    #[test]
+    fn the_sphere_is_azimuth_by_elevation() {
+        let size = UVec2::new(7200, 3600);
+        for azimuth in [-179.5_f64, -90.0, -0.01, 0.0, 45.0, 120.0, 179.99] {
+            for elevation in [-89.9_f64, -30.0, 0.0, 0.5, 60.0, 89.9] {
+                for length in [1e-9, 1.0, 1e9] {
+                    let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+                    let d = DVec3::new(a.sin() * e.cos(), a.cos() * e.cos(), e.sin()) * length;
+                    let found = CubeFace::equirectangular_from_rig(d, size);
+                    // 20 pixels a degree; near the zenith the azimuth loses digits.
+                    let expected = DVec2::new((azimuth + 180.0) * 20.0, (90.0 - elevation) * 20.0);
+                    assert!(found.distance(expected) < 1e-9, "{azimuth} {elevation}: {found}");
+                }
+            }
+        }
+        // Straight up and down have no azimuth, but a place.
+        for (d, y) in [(DVec3::Z, 0.0), (DVec3::NEG_Z, 3600.0)] {
+            let pole = CubeFace::equirectangular_from_rig(d, size);
+            assert!(pole.is_finite() && (pole.y - y).abs() < 1e-9, "{pole}");
+        }
+    }
+
+    #[test]
+    fn up_and_down_keep_the_forward_direction_in_the_middle() {
+        let lens = CubeFace::lens(2);
+        let at = |name: &str, d: DVec3| {
+            let face = CUBE_FACES.iter().find(|f| f.name == name).expect("a face");
+            lens.project(face.cam_from_rig() * d).expect("in front")
+        };
+        // Just forward of the zenith is below the middle of `up`; of the nadir, above that of `down`.
+        assert!(at("up", DVec3::new(0.0, 0.1, 1.0)).distance(DVec2::new(1.0, 1.1)) < 1e-12);
+        assert!(at("down", DVec3::new(0.0, 0.1, -1.0)).distance(DVec2::new(1.0, 0.9)) < 1e-12);
+    }
 }

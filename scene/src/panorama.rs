@@ -104,3 +104,88 @@ impl Panorama {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Intrinsics, world_from_rig};
+    use glam::DVec2;
+
+    fn rig(projection: Projection) -> Panorama {
+        Panorama {
+            id: "490".into(),
+            position: DVec3::new(651_186.0, 6_861_355.0, 42.0),
+            world_from_rig: world_from_rig(0.7, 0.02, -0.01),
+            time: None,
+            uncertainty_m: 0.0,
+            cameras: vec![RigCamera {
+                id: "cam".into(),
+                position_in_rig: DVec3::new(0.1, -0.2, 0.9),
+                cam_from_rig: DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
+                projection,
+                levels: 5,
+                mask: None,
+                version: "0".into(),
+            }],
+        }
+    }
+
+    #[test]
+    fn a_pinhole_camera_is_one_photograph_at_its_place() {
+        let size = UVec2::new(640, 480);
+        let intrinsics = Intrinsics { fx: 500.0, fy: 510.0, cx: 330.0, cy: 235.0 };
+        let panorama = rig(Projection::Pinhole(Lens::pinhole(size, intrinsics)));
+        let photographs = panorama.photographs().expect("valid names");
+        let [(id, camera)] = photographs.as_slice() else { panic!("{photographs:?}") };
+        assert_eq!(id.to_string(), "490/cam");
+        // A point two metres ahead of the camera, stated in the rig.
+        let p_rig = DVec3::new(0.1, 1.8, 0.9);
+        let p_world = panorama.position + panorama.world_from_rig * p_rig;
+        let (pixel, depth) = camera.project(p_world).expect("in front");
+        assert!(pixel.distance(DVec2::new(330.0, 235.0)) < 1e-6, "{pixel}");
+        assert!((depth - 2.0).abs() < 1e-9, "{depth}");
+    }
+
+    /// A world point has the same direction in the sphere and in the face that sees it.
+    #[test]
+    fn a_sphere_is_six_faces_of_the_same_directions() {
+        let size = UVec2::new(4096, 2048);
+        let mut panorama = rig(Projection::Equirectangular { size });
+        panorama.cameras[0].cam_from_rig = DMat3::IDENTITY;
+        let photographs = panorama.photographs().expect("valid names");
+        let names: Vec<String> = photographs.iter().map(|(id, _)| id.to_string()).collect();
+        assert_eq!(
+            names,
+            ["front", "right", "back", "left", "up", "down"].map(|n| format!("490/{n}"))
+        );
+        let centre =
+            panorama.position + panorama.world_from_rig * panorama.cameras[0].position_in_rig;
+        for (face, (id, camera)) in CUBE_FACES.iter().zip(&photographs) {
+            assert_eq!(camera.lens.size, UVec2::splat(1024), "{id}");
+            assert!(camera.centre.distance(centre) < 1e-9);
+            let world =
+                centre + camera.cam_from_world.transpose() * DVec3::new(0.3, -0.4, 1.0) * 20.0;
+            let (pixel, _) = camera.project(world).expect("in front");
+            assert!(pixel.distance(DVec2::new(512.0 * 1.3, 512.0 * 0.6)) < 1e-6, "{id}: {pixel}");
+            let d_rig = panorama.world_from_rig.transpose() * (world - centre);
+            let through_face = face.cam_from_rig().transpose() * DVec3::new(0.3, -0.4, 1.0);
+            let at = |d| CubeFace::equirectangular_from_rig(d, size);
+            assert!(at(d_rig).distance(at(through_face)) < 1e-4, "{id}");
+        }
+    }
+
+    #[test]
+    fn levels_halve_and_round_up() {
+        let projection = Projection::Equirectangular { size: UVec2::new(1242, 375) };
+        let sizes: Vec<[u32; 2]> = (0..5).map(|l| projection.level_size(l).to_array()).collect();
+        assert_eq!(sizes, [[1242, 375], [621, 188], [311, 94], [156, 47], [78, 24]]);
+        assert_eq!(projection.level_size(40), UVec2::ONE);
+    }
+
+    #[test]
+    fn names_that_are_no_path_segment_are_refused() {
+        let mut panorama = rig(Projection::Equirectangular { size: UVec2::new(4, 2) });
+        panorama.id = "../490".into();
+        assert!(panorama.photographs().is_err());
+    }
+}
