@@ -6,6 +6,7 @@ mod commands;
 mod exit;
 mod interrupt;
 mod logging;
+mod memory;
 mod output;
 mod progress;
 

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::store::StoreError;
+
 /// Why an ingest stopped. The store is as it was.
 #[derive(Debug, thiserror::Error)]
 pub enum IngestError {
@@ -22,20 +24,56 @@ pub enum IngestError {
         remedy: String,
     },
     /// The store refused.
-    #[error("cannot {action} {object:?} in the store: {source}; {remedy}")]
+    #[error("cannot {action} {object}: {source}")]
     Store {
         /// What was tried, as in "write".
         action: &'static str,
-        /// The object's path, or the store's URL.
+        /// The store's URL and the object's path in it.
         object: String,
-        /// What the store said.
-        source: object_store::Error,
-        /// What to do.
-        remedy: String,
+        /// What the store said, and what to do.
+        source: Box<StoreError>,
+    },
+    /// Another process works on the same scene of the same store.
+    #[error(
+        "another ingest of scene {scene:?} into this store is under way; wait for it to end \
+         (it holds {folder:?})",
+        folder = folder.display()
+    )]
+    Busy {
+        /// The scene.
+        scene: String,
+        /// The work folder that it holds.
+        folder: PathBuf,
     },
     /// Ctrl-C, or the caller gave up. What is complete in the work folder will be reused.
     #[error("interrupted; run the same command again to continue")]
     Cancelled,
+}
+
+impl IngestError {
+    /// A local file that could not be read or written, with the remedy that the system's
+    /// error suggests.
+    pub fn io(action: &'static str, path: &Path, source: std::io::Error) -> Self {
+        use std::io::ErrorKind;
+        let remedy = match source.kind() {
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+                "free some space there, or choose another work folder with --work"
+            }
+            ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+                "choose a folder that this user may write to, with --work"
+            }
+            ErrorKind::NotADirectory | ErrorKind::AlreadyExists => {
+                "a file is in the way of a folder: choose another work folder with --work"
+            }
+            _ => "check the disk of the work folder, or choose another with --work",
+        };
+        Self::Io { action, path: path.to_owned(), source, remedy: remedy.to_owned() }
+    }
+
+    /// A refusal of the store.
+    pub fn store(action: &'static str, object: impl Into<String>, source: StoreError) -> Self {
+        Self::Store { action, object: object.into(), source: Box::new(source) }
+    }
 }
 
 /// One fault of an input: the file, the place in it, what is wrong there, what to do.

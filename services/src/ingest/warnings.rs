@@ -1,6 +1,7 @@
 //! What ingest could not use, and went on without.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +43,18 @@ impl Warnings {
         }
     }
 
+    /// The same with paths below `folder` written relative to it, so that what is published
+    /// does not depend on where the survey lay.
+    #[must_use]
+    pub fn relative_to(&self, folder: &Path) -> Self {
+        let prefix = format!("{}/", folder.display());
+        let mut warnings = self.clone();
+        for message in warnings.kinds.values_mut().flat_map(|kind| &mut kind.messages) {
+            *message = message.replace(&prefix, "");
+        }
+        warnings
+    }
+
     /// How many there are of each kind.
     pub fn counts(&self) -> BTreeMap<String, u64> {
         self.kinds.iter().map(|(name, kind)| (name.clone(), kind.count)).collect()
@@ -55,6 +68,21 @@ impl Warnings {
     /// Whether nothing was noted.
     pub fn is_empty(&self) -> bool {
         self.kinds.is_empty()
+    }
+
+    /// What [`Warnings::lines`] gave.
+    pub fn from_lines(lines: &[String]) -> Self {
+        let mut warnings = Self::default();
+        for line in lines {
+            let (name, message) = line.split_once(": ").unwrap_or(("other", line));
+            let more = message.strip_prefix("and ").and_then(|rest| rest.strip_suffix(" more"));
+            match (more.and_then(|number| number.parse::<u64>().ok()), warnings.kinds.get_mut(name))
+            {
+                (Some(more), Some(kind)) => kind.count = kind.count.saturating_add(more),
+                _ => warnings.add(name, message.to_owned()),
+            }
+        }
+        warnings
     }
 
     /// One line each, `kind: message`, and one more for each kind of which not all are kept.
@@ -89,6 +117,7 @@ mod tests {
         assert_eq!(all.messages("absent-image").len(), Warnings::KEPT);
         assert_eq!(all.messages("absent-image")[0], "image 0");
         assert_eq!(all.lines().last().map(String::as_str), Some("damaged-file: a.laz"));
+        assert_eq!(Warnings::from_lines(&all.lines()), all);
         assert!(all.lines().contains(&"absent-image: and 300 more".to_owned()));
     }
 }

@@ -45,6 +45,11 @@ impl Store {
         &self.name
     }
 
+    /// The folder that the store is, where it is one. It need not exist yet.
+    pub fn folder(&self) -> Option<&std::path::Path> {
+        self.folder.as_deref()
+    }
+
     /// The place of the scene `name`, which need not exist yet.
     pub fn scene_folder(&self, name: &str) -> Result<SceneFolder, StoreError> {
         SceneFolder::new(name, self.store.clone(), &self.prefix)

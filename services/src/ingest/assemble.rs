@@ -1,0 +1,99 @@
+//! From finished layers to the objects of a scene and its manifest.
+
+use std::path::Path;
+
+use flaneur_scene::SceneInfo;
+use glam::DVec3;
+
+use super::build::Built;
+use super::fingerprint::content_hash;
+use super::plan::Plan;
+use super::publish::StagedObject;
+use super::street::Street;
+use super::{BadInput, IngestError, Job};
+use crate::store::{
+    FileEntry, FootprintsLayer, GroundLayer, Manifest, PanoramasLayer, PointsLayer,
+};
+
+/// Hexadecimal digits of a content's hash in a path.
+const VERSION: usize = 8;
+
+/// A scene ready to be published.
+pub(super) struct Assembled {
+    /// Its objects, without the manifest.
+    pub(super) objects: Vec<StagedObject>,
+    /// Its manifest.
+    pub(super) manifest: Manifest,
+    /// Bytes of its objects.
+    pub(super) bytes: u64,
+}
+
+/// Names every file of the layers by its content, and describes them.
+pub(super) fn assemble(
+    street: &Street,
+    plan: &Plan,
+    built: &Built,
+    job: &Job,
+) -> Result<Assembled, IngestError> {
+    let bounds = built.bounds();
+    if bounds.is_empty() {
+        return Err(BadInput::error(
+            &street.file,
+            "",
+            "nothing of the street could be used",
+            "see the warnings above",
+        ));
+    }
+    let mut objects = Vec::new();
+    let mut entry = |name: &str, ending: &str, file: &Path| {
+        let entry = file_entry(name, ending, file, job)?;
+        objects.push((entry.path.clone(), file.to_owned()));
+        Ok::<_, IngestError>(entry)
+    };
+    let mut points = Vec::new();
+    for staged in &built.points {
+        let source = staged.source.name.clone();
+        let file = entry(&format!("points/{source}"), "copc.laz", &staged.file)?;
+        points.push(PointsLayer { source, file });
+    }
+    let (ground, footprints, panoramas) =
+        (None::<GroundLayer>, None::<FootprintsLayer>, None::<PanoramasLayer>);
+    objects.sort();
+    objects.dedup();
+    let mut bytes = 0;
+    for (_, file) in &objects {
+        bytes += std::fs::metadata(file).map_err(|e| IngestError::io("read", file, e))?.len();
+    }
+    let scene = SceneInfo {
+        name: street.scene.name.clone(),
+        crs: street.scene.crs.clone(),
+        geographic_origin: street.scene.geographic_origin,
+        origin: DVec3::round(bounds.centre()),
+        bounds,
+        footprints: 0,
+        panoramas: 0,
+        images: 0,
+        has_ground: false,
+        point_sources: built.points.iter().map(|staged| staged.source.clone()).collect(),
+    };
+    let manifest = Manifest {
+        format: Manifest::FORMAT,
+        scene,
+        fingerprint: plan.fingerprint.clone(),
+        footprints,
+        ground,
+        panoramas,
+        points,
+        warnings: built.warnings.lines(),
+        generator: concat!("flaneur ", env!("CARGO_PKG_VERSION")).to_owned(),
+    };
+    Ok(Assembled { objects, manifest, bytes })
+}
+
+/// `{name}.{first digits of the content's hash}.{ending}`.
+fn file_entry(name: &str, ending: &str, file: &Path, job: &Job) -> Result<FileEntry, IngestError> {
+    let blake3 = content_hash(file, job)?;
+    let bytes = std::fs::metadata(file).map_err(|e| IngestError::io("read", file, e))?.len();
+    let version = blake3.get(..VERSION).unwrap_or(&blake3);
+    Ok(FileEntry { path: format!("{name}.{version}.{ending}"), bytes, blake3 })
+}

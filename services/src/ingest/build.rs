@@ -1,0 +1,90 @@
+//! Makes a street's layers in the work folder, each from what it needs of the others.
+
+use std::time::Instant;
+
+use flaneur_scene::Bounds3;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::plan::{LayerPlan, Plan};
+use super::points::{PointsInput, StagedPoints, ingest_points};
+use super::street::Street;
+use super::workspace::Workspace;
+use super::{IngestError, Job, Warnings};
+use crate::crs::Crs;
+
+/// The finished layers.
+#[derive(Default)]
+pub(super) struct Built {
+    /// Point sources, their names unique.
+    pub(super) points: Vec<StagedPoints>,
+    /// What was not used.
+    pub(super) warnings: Warnings,
+    /// Layers that were found finished.
+    pub(super) reused: Vec<String>,
+    /// Points that were read and stored now, and the seconds that it took.
+    pub(super) points_made: (u64, f64),
+}
+
+/// Makes the layers, or takes those that are finished.
+pub(super) fn build(
+    street: &Street,
+    _crs: &Crs,
+    plan: &Plan,
+    workspace: &Workspace,
+    job: &Job,
+) -> Result<Built, IngestError> {
+    workspace.keep_only(&plan.layers())?;
+    let mut built = Built::default();
+    for (spec, layer) in street.points.iter().zip(&plan.points) {
+        let started = Instant::now();
+        let inputs = [PointsInput { name: spec.name.clone(), files: spec.files.clone() }];
+        let (staged, reused) =
+            built.layer(workspace, layer, job, |job| ingest_points(job, &inputs))?;
+        if !reused {
+            let points: u64 = staged.iter().map(|staged| staged.source.point_count).sum();
+            built.points_made.0 += points;
+            built.points_made.1 += started.elapsed().as_secs_f64();
+        }
+        built.add_points(staged);
+    }
+    built.warnings = built.warnings.relative_to(street.root.folder());
+    Ok(built)
+}
+
+impl Built {
+    /// Box around everything, empty where there is nothing.
+    pub(super) fn bounds(&self) -> Bounds3 {
+        let points = self.points.iter().map(|staged| staged.source.bounds);
+        points.fold(Bounds3::EMPTY, |all, one| all.union(&one))
+    }
+
+    fn layer<T: Serialize + DeserializeOwned>(
+        &mut self,
+        workspace: &Workspace,
+        layer: &LayerPlan,
+        job: &Job,
+        make: impl FnOnce(&Job) -> Result<T, IngestError>,
+    ) -> Result<(T, bool), IngestError> {
+        let finished = workspace.layer(&layer.name, &layer.fingerprint, job, make)?;
+        self.warnings.append(&finished.warnings);
+        if finished.reused {
+            self.reused.push(layer.name.clone());
+        }
+        Ok((finished.result, finished.reused))
+    }
+
+    /// Adds point sources. A name that an earlier input has taken gets a number, in an order
+    /// that does not change.
+    fn add_points(&mut self, staged: Vec<StagedPoints>) {
+        for mut staged in staged {
+            let given = staged.source.name.clone();
+            let mut number = 2;
+            while self.points.iter().any(|other| other.source.name == staged.source.name) {
+                staged.source.name = format!("{given}-{number}");
+                number += 1;
+            }
+            self.points.push(staged);
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! Amounts of memory as people write them.
+
+use std::str::FromStr;
+
+/// Memory that a command may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct MemoryBudget(u64);
+
+/// Below this, buffers of a few files leave no room for the data.
+const MINIMUM: u64 = 64 << 20;
+
+impl MemoryBudget {
+    /// The budget in bytes.
+    pub(crate) fn bytes(self) -> u64 {
+        self.0
+    }
+}
+
+impl FromStr for MemoryBudget {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+        let (number, unit) = text.split_at(end);
+        let unit: u64 = match unit.trim().to_ascii_lowercase().as_str() {
+            "" | "b" => 1,
+            "k" | "kib" => 1 << 10,
+            "kb" => 1_000,
+            "m" | "mib" => 1 << 20,
+            "mb" => 1_000_000,
+            "g" | "gib" => 1 << 30,
+            "gb" => 1_000_000_000,
+            "t" | "tib" => 1 << 40,
+            "tb" => 1_000_000_000_000,
+            other => {
+                return Err(format!("{other:?} is no unit; write for instance 2GiB or 512MiB"));
+            }
+        };
+        let number: f64 = number
+            .parse()
+            .map_err(|_| format!("{number:?} is no number; write for instance 2GiB"))?;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            clippy::cast_precision_loss,
+            reason = "digits are never negative, and the cast saturates"
+        )]
+        let bytes = (number * unit as f64) as u64;
+        if bytes < MINIMUM {
+            return Err(format!("{text:?} is too little; the least is {}MiB", MINIMUM >> 20));
+        }
+        Ok(Self(bytes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn amounts_are_read_with_their_units() {
+        let bytes = |text: &str| text.parse::<MemoryBudget>().map(MemoryBudget::bytes);
+        assert_eq!(bytes("2GiB"), Ok(2 << 30));
+        assert_eq!(bytes("512 MiB"), Ok(512 << 20));
+        assert_eq!(bytes("1.5g"), Ok(3 << 29));
+        assert_eq!(bytes("100MB"), Ok(100_000_000));
+        assert_eq!(bytes("67108864"), Ok(64 << 20));
+        for (text, problem) in
+            [("10MiB", "least is 64MiB"), ("2GiBs", "no unit"), ("GiB", "no number"), ("-1", "")]
+        {
+            let error = bytes(text).expect_err(text);
+            assert!(error.contains(problem), "{text}: {error}");
+        }
+    }
+}
