@@ -56,14 +56,23 @@ pub(super) fn assemble(
         let file = entry(&format!("points/{source}"), "copc.laz", &staged.file)?;
         points.push(PointsLayer { source, file });
     }
-    let (ground, footprints, panoramas) =
-        (None::<GroundLayer>, None::<FootprintsLayer>, None::<PanoramasLayer>);
+    let mut ground = None;
+    if let Some(staged) = &built.ground {
+        ground = Some(GroundLayer { file: entry("ground", "tif", &staged.file)? });
+    }
+    let footprints = None::<FootprintsLayer>;
+    let mut panoramas = None;
+    if let Some(staged) = &built.panoramas {
+        panoramas = Some(PanoramasLayer { file: entry("panoramas", "fgb", &staged.table)? });
+        objects.extend(staged.objects.iter().cloned());
+    }
     objects.sort();
     objects.dedup();
     let mut bytes = 0;
     for (_, file) in &objects {
         bytes += std::fs::metadata(file).map_err(|e| IngestError::io("read", file, e))?.len();
     }
+    let staged_panoramas = built.panoramas.as_ref();
     let scene = SceneInfo {
         name: street.scene.name.clone(),
         crs: street.scene.crs.clone(),
@@ -71,9 +80,9 @@ pub(super) fn assemble(
         origin: DVec3::round(bounds.centre()),
         bounds,
         footprints: 0,
-        panoramas: 0,
-        images: 0,
-        has_ground: false,
+        panoramas: staged_panoramas.map_or(0, |staged| staged.panoramas),
+        images: staged_panoramas.map_or(0, |staged| staged.images),
+        has_ground: built.ground.is_some(),
         point_sources: built.points.iter().map(|staged| staged.source.clone()).collect(),
     };
     let manifest = Manifest {

@@ -1,11 +1,14 @@
 //! Makes a street's layers in the work folder, each from what it needs of the others.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use flaneur_scene::Bounds3;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::ground::{StagedGround, ingest_ground};
+use super::panoramas::{StagedPanoramas, ingest_panoramas};
 use super::plan::{LayerPlan, Plan};
 use super::points::{PointsInput, StagedPoints, ingest_points};
 use super::street::Street;
@@ -18,6 +21,10 @@ use crate::crs::Crs;
 pub(super) struct Built {
     /// Point sources, their names unique.
     pub(super) points: Vec<StagedPoints>,
+    /// Panoramas, where there are any.
+    pub(super) panoramas: Option<StagedPanoramas>,
+    /// Terrain, where there is any.
+    pub(super) ground: Option<StagedGround>,
     /// What was not used.
     pub(super) warnings: Warnings,
     /// Layers that were found finished.
@@ -29,7 +36,7 @@ pub(super) struct Built {
 /// Makes the layers, or takes those that are finished.
 pub(super) fn build(
     street: &Street,
-    _crs: &Crs,
+    crs: &Crs,
     plan: &Plan,
     workspace: &Workspace,
     job: &Job,
@@ -48,6 +55,17 @@ pub(super) fn build(
         }
         built.add_points(staged);
     }
+    let point_files: Vec<PathBuf> = built.points.iter().map(|staged| staged.file.clone()).collect();
+    if let Some(layer) = &plan.panoramas {
+        let make = |job: &Job| ingest_panoramas(job, &street.panoramas, crs);
+        built.panoramas = built.layer(workspace, layer, job, make)?.0;
+    }
+    if let Some(layer) = &plan.ground {
+        let extent = built.bounds().plan();
+        let make =
+            |job: &Job| ingest_ground(job, street.ground.as_ref(), crs, &point_files, extent);
+        built.ground = built.layer(workspace, layer, job, make)?.0;
+    }
     built.warnings = built.warnings.relative_to(street.root.folder());
     Ok(built)
 }
@@ -56,7 +74,10 @@ impl Built {
     /// Box around everything, empty where there is nothing.
     pub(super) fn bounds(&self) -> Bounds3 {
         let points = self.points.iter().map(|staged| staged.source.bounds);
-        points.fold(Bounds3::EMPTY, |all, one| all.union(&one))
+        let panoramas = self.panoramas.iter().map(|staged| staged.bounds);
+        let ground = self.ground.iter().map(|staged| staged.bounds);
+        let all = points.chain(panoramas).chain(ground);
+        all.fold(Bounds3::EMPTY, |all, one| all.union(&one))
     }
 
     fn layer<T: Serialize + DeserializeOwned>(
