@@ -12,10 +12,10 @@ use super::file::{Chunk, PointFile};
 use super::group::Group;
 use super::las_header::FARTHEST_COORDINATE_M;
 use super::morton::{Grid, code};
-use super::ordered::for_each_ordered;
+use super::ordered::{for_each_ordered, window_within};
 use super::scan::raw_position;
 use super::summary::{NO_POINTS, finished, include, merge};
-use super::tree::{Key, NodePoints, build_tree, suitable_grid_bits};
+use super::tree::{Key, NodePoints, build_tree, occupied_cells, suitable_grid_bits};
 use crate::ingest::{BadInput, IngestError, Job, Stage, Unit};
 use crate::layers::copc::{CopcSummary, CopcWriter, compress_node};
 
@@ -30,11 +30,11 @@ pub(super) fn build_in_memory(
     let mut grid = Grid::around(summary.min, summary.max, group.layout.scale, group.layout.offset);
 
     let stage = job.stage("sort points", summary.point_count, Unit::Points);
-    let mut keys = keys_of(&records, length, &grid);
+    let mut keys = keys_of(&records, length, &grid, 0);
     keys.par_sort_unstable();
     job.check()?;
-    let grid_bits = suitable_grid_bits(&keys);
-    grid.cube.spacing_m = 2.0 * grid.cube.half_size_m / f64::from(grid_bits).exp2();
+    let grid_bits = suitable_grid_bits(|bits| occupied_cells(&keys, bits));
+    grid.set_spacing(grid_bits);
     let rekey = |keys: &mut [Key], base| rekey(keys, &records, length, &grid, base);
     let nodes = build_tree(&mut keys, NodeKey::ROOT, grid_bits, &rekey);
     stage.advance(summary.point_count);
@@ -101,18 +101,21 @@ pub(super) fn write_nodes(
             .map_err(|source| write_error(path, source))?;
         Ok((node.key, places.len() as u32, chunk))
     };
-    for_each_ordered(nodes.len(), compress, |(key, points, chunk)| {
+    // A compressed chunk is shorter than its records.
+    let largest = nodes.iter().map(|node| node.range.len()).max().unwrap_or(0) * records.length;
+    let window = window_within(job.memory / 8, largest as u64);
+    for_each_ordered(nodes.len(), window, compress, |(key, points, chunk)| {
         stage.advance(u64::from(points));
         writer.add_node(key, points, &chunk).map_err(|source| write_error(path, source))
     })
 }
 
-/// Keys of all records, with codes counted from level 0.
-pub(super) fn keys_of(records: &[u8], length: usize, grid: &Grid) -> Vec<Key> {
+/// Keys of all records, with codes counted from level `base`.
+pub(super) fn keys_of(records: &[u8], length: usize, grid: &Grid, base: u32) -> Vec<Key> {
     records
         .par_chunks_exact(length)
         .enumerate()
-        .map(|(index, record)| Key::new(code(grid.cell(raw_position(record)), 0), index as u32))
+        .map(|(index, record)| Key::new(code(grid.cell(raw_position(record)), base), index as u32))
         .collect()
 }
 

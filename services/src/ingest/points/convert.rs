@@ -90,6 +90,12 @@ impl Conversion {
         usize::from(self.source_length)
     }
 
+    /// Bytes of the result's records.
+    pub(super) fn target_length(self) -> usize {
+        let wave = if self.has_wave() { WAVE_BYTES } else { 0 };
+        usize::from(base_record_length(self.target_format()) + self.source_extra) + wave
+    }
+
     /// The descriptors of the result's extra bytes, from the `vlrs` of the input; empty where
     /// there are none.
     pub(super) fn extra_bytes_vlr(self, vlrs: &[Vlr]) -> Vec<u8> {

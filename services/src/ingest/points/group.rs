@@ -1,6 +1,8 @@
 //! Which files can share a COPC without touching a coordinate.
 
 use std::collections::HashSet;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 
 use flaneur_scene::OctreeCube;
 use glam::DVec3;
@@ -99,6 +101,16 @@ impl Group {
         self.files.iter().map(|file| file.header.point_count).sum()
     }
 
+    /// Records behind the points that are kept, those of equal content once.
+    fn distinct_evlrs(&self) -> Vec<Evlr> {
+        let mut seen = HashSet::new();
+        let all = self.files.iter().flat_map(|file| &file.evlrs);
+        all.filter(|evlr| is_kept_evlr(evlr))
+            .filter(|evlr| seen.insert((evlr.user_id, evlr.record_id, content_hash(evlr))))
+            .cloned()
+            .collect()
+    }
+
     /// The header of the group's COPC. The first file's identity stands for all.
     pub(super) fn copc_header(&self, cube: OctreeCube) -> CopcHeader {
         let layout = &self.layout;
@@ -113,11 +125,7 @@ impl Group {
                 vlrs.push(vlr.clone());
             }
         }
-        let mut evlrs: Vec<Evlr> = Vec::new();
-        for evlr in self.files.iter().flat_map(|file| &file.evlrs).filter(|evlr| is_kept_evlr(evlr))
-        {
-            evlrs.push(evlr.clone());
-        }
+        let evlrs = self.distinct_evlrs();
         let synthetic =
             self.files.iter().any(|file| file.header.global_encoding & SYNTHETIC_RETURNS != 0);
         // Formats 6 to 8 name their CRS in WKT. Where a survey has GeoTIFF keys instead, they
@@ -143,6 +151,21 @@ impl Group {
             evlrs,
         }
     }
+}
+
+/// A hash of a record's content; one of its place where it cannot be read, so that copying it
+/// later reports why.
+fn content_hash(evlr: &Evlr) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    let read = File::open(&evlr.file).and_then(|mut file| {
+        file.seek(SeekFrom::Start(evlr.offset))?;
+        hasher.update_reader(file.take(evlr.length)).map(|_| ())
+    });
+    if read.is_err() {
+        hasher.update(evlr.file.as_os_str().as_encoded_bytes());
+        hasher.update(&evlr.offset.to_le_bytes());
+    }
+    hasher.finalize()
 }
 
 /// Records that describe how the input stores its points, and so do not hold for the COPC:

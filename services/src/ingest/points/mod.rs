@@ -15,7 +15,10 @@ mod group;
 mod las_header;
 mod morton;
 mod ordered;
+mod plan;
 mod scan;
+mod spill;
+mod spool;
 mod summary;
 mod tree;
 
@@ -35,6 +38,7 @@ use self::build::{build_in_memory, part_path, write_error};
 use self::file::PointFile;
 use self::group::{Group, Layout, WAVEFORM_RECORD, group_files};
 use self::morton::Grid;
+use self::spill::{build_on_disk, fits_in_memory};
 use super::{BadInput, IngestError, Job};
 use crate::layers::copc::CopcSummary;
 
@@ -56,7 +60,7 @@ pub struct StagedPoints {
     pub file: PathBuf,
 }
 
-/// Makes a COPC below `job.work` of each input, or several where its files differ in scale,
+/// Makes a COPC in `job.work` of each input, or several where its files differ in scale,
 /// offset, extra bytes, kind of GPS time, CRS, or in the kind of points: those are named
 /// `name`, `name-2`, ….
 ///
@@ -115,12 +119,16 @@ fn warn_damaged(job: &Job, fault: &BadInput) {
 
 /// The group's COPC, `None` where damage leaves no file of it.
 fn ingest_group(job: &Job, mut group: Group) -> Result<Option<StagedPoints>, IngestError> {
-    let folder = job.work.join("points");
-    fs::create_dir_all(&folder).map_err(|source| write_error(&folder, source))?;
-    let path = folder.join(format!("{}.copc.laz", group.name));
+    fs::create_dir_all(&job.work).map_err(|source| write_error(&job.work, source))?;
+    let path = job.work.join(format!("{}.copc.laz", group.name));
     let part = part_path(&path);
     let (summary, grid) = loop {
-        match build_in_memory(job, &group, &part) {
+        let built = if fits_in_memory(job, &group) {
+            build_in_memory(job, &group, &part)
+        } else {
+            build_on_disk(job, &group, &part)
+        };
+        match built {
             Ok(built) => break built,
             Err(IngestError::BadInput(fault))
                 if job.skip_damaged && group.files.iter().any(|f| f.path == fault.file) =>

@@ -40,6 +40,11 @@ impl Grid {
         }
     }
 
+    /// Sets the spacing that sampling with 2^`grid_bits` cells along a node's edge gives.
+    pub(super) fn set_spacing(&mut self, grid_bits: u32) {
+        self.cube.spacing_m = 2.0 * self.cube.half_size_m / f64::from(grid_bits).exp2();
+    }
+
     /// The cell of the finest level that a point lies in.
     pub(super) fn cell(&self, raw: IVec3) -> [u32; 3] {
         let cell = (raw.as_dvec3() * self.scale + self.offset - self.min) * self.cells_per_m;
@@ -62,6 +67,14 @@ pub(super) fn node_at(cell: [u32; 3], level: u32) -> NodeKey {
     NodeKey { level, x, y, z }
 }
 
+/// The place of a cell in Morton order among those `depth` levels below its node at `level`.
+/// `level + depth` is at most [`CELL_LEVELS`], `depth` at most [`CODE_BITS`].
+pub(super) fn cell_in_node(cell: [u32; 3], level: u32, depth: u32) -> usize {
+    let shift = CELL_LEVELS - level - depth;
+    let [x, y, z] = cell.map(|axis| spread(axis >> shift & ((1 << depth) - 1)));
+    (x | y << 1 | z << 2) as usize
+}
+
 /// How far the centre of the cell that `bits` levels subdivide is from the sub-cell `code`,
 /// in an arbitrary unit.
 pub(super) fn distance_to_centre(code: u64, bits: u32) -> u64 {
@@ -82,8 +95,8 @@ fn spread(axis: u32) -> u64 {
     (x | x << 2) & 0x1249_2492_4924_9249
 }
 
-/// The inverse of [`spread`].
-fn gather(code: u64) -> u32 {
+/// Moves bit `3i` to bit `i`: the x axis of a code, or another axis of a shifted one.
+pub(super) fn gather(code: u64) -> u32 {
     let mut x = code & 0x1249_2492_4924_9249;
     x = (x | x >> 2) & 0x10c3_0c30_c30c_30c3;
     x = (x | x >> 4) & 0x100f_00f0_0f00_f00f;

@@ -6,10 +6,12 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 /// Calls `produce` for 0 to `count - 1` on all threads, and `consume` with each result, in
 /// order and on one thread at a time. Stops at the first error.
 ///
-/// At most `4 × threads` results wait to be consumed: a thread that is further ahead than
-/// that sleeps. The one with the lowest index never sleeps, so there is always progress.
+/// At most `window` results are being made or wait to be consumed, which bounds their memory:
+/// a thread that is further ahead sleeps. The one with the lowest index never sleeps, so
+/// there is always progress.
 pub(super) fn for_each_ordered<T: Send, E: Send>(
     count: usize,
+    window: usize,
     produce: impl Fn(usize) -> Result<T, E> + Sync,
     consume: impl FnMut(T) -> Result<(), E> + Send,
 ) -> Result<(), E> {
@@ -25,7 +27,7 @@ pub(super) fn for_each_ordered<T: Send, E: Send>(
         }),
         progress: Condvar::new(),
         count,
-        ahead: 4 * threads,
+        window: window.max(1),
     };
     rayon::scope(|scope| {
         for _ in 0..threads {
@@ -36,11 +38,17 @@ pub(super) fn for_each_ordered<T: Send, E: Send>(
     state.error.map_or(Ok(()), Err)
 }
 
+/// A window that keeps all threads busy, if `memory` bytes hold that many items of
+/// `item_bytes`, and fewer otherwise.
+pub(super) fn window_within(memory: u64, item_bytes: u64) -> usize {
+    (memory / item_bytes.max(1)).clamp(1, 4 * rayon::current_num_threads() as u64) as usize
+}
+
 struct Queue<T, E, F> {
     state: Mutex<State<T, E, F>>,
     progress: Condvar,
     count: usize,
-    ahead: usize,
+    window: usize,
 }
 
 struct State<T, E, F> {
@@ -69,7 +77,7 @@ impl<T, E, F: FnMut(T) -> Result<(), E>> Queue<T, E, F> {
         let mut state = self.lock();
         let index = state.next_to_produce;
         state.next_to_produce += 1;
-        while !state.stopped && index < self.count && index >= state.next_to_consume + self.ahead {
+        while !state.stopped && index < self.count && index >= state.next_to_consume + self.window {
             state = self.progress.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
         (!state.stopped && index < self.count).then_some(index)
@@ -129,7 +137,7 @@ mod tests {
             }
             Ok::<_, ()>(i)
         };
-        for_each_ordered(1000, produce, |i| {
+        for_each_ordered(1000, 16, produce, |i| {
             seen.push(i);
             Ok(())
         })
@@ -141,7 +149,7 @@ mod tests {
     fn the_first_error_stops_the_work() {
         let mut seen = 0;
         let produce = |i| if i == 100 { Err("produce") } else { Ok(i) };
-        let result = for_each_ordered(1_000_000, produce, |_| {
+        let result = for_each_ordered(1_000_000, 16, produce, |_| {
             seen += 1;
             Ok(())
         });
@@ -149,12 +157,12 @@ mod tests {
         assert!(seen <= 100, "{seen} results before item 100, which failed");
 
         let result =
-            for_each_ordered(1_000_000, Ok, |i| if i == 5 { Err("consume") } else { Ok(()) });
+            for_each_ordered(1_000_000, 16, Ok, |i| if i == 5 { Err("consume") } else { Ok(()) });
         assert_eq!(result, Err("consume"));
     }
 
     #[test]
     fn nothing_to_do_is_done() {
-        for_each_ordered(0, Ok::<_, ()>, |_| unreachable!()).unwrap();
+        for_each_ordered(0, 16, Ok::<_, ()>, |_| unreachable!()).unwrap();
     }
 }

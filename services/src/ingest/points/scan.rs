@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::decode::{Attributes, decode_chunk};
-use super::file::{Chunk, PointFile};
-use super::ordered::for_each_ordered;
+use super::file::PointFile;
+use super::las_header::LasHeader;
+use super::ordered::{for_each_ordered, window_within};
 use crate::ingest::{IngestError, Job};
 
 /// Some consecutive points, as columns of equal length.
@@ -23,7 +24,7 @@ pub struct ScannedPoints {
 }
 
 /// Calls `visit` with all points of the LAS, LAZ or COPC `files`, in the files' order, a
-/// chunk (about 50 000 points) at a time. Chunks decode on all threads while `visit` runs;
+/// chunk (about 50 000 points, at most a million) at a time. Chunks decode on all threads while `visit` runs;
 /// memory is bounded by a few chunks a thread.
 ///
 /// # Errors
@@ -36,11 +37,22 @@ pub fn scan(
 ) -> Result<(), IngestError> {
     for path in files {
         let file = PointFile::open(path)?;
+        let most = file.chunks.iter().map(|chunk| chunk.points).max().unwrap_or(0);
+        if most > MOST_CHUNK_POINTS {
+            scan_in_sequence(&file, job, &mut visit)?;
+            continue;
+        }
         for_each_ordered(
             file.chunks.len(),
+            window_within(job.memory / 8, most * size_of::<(DVec3, [u8; 3])>() as u64),
             |index| {
                 job.check()?;
-                scan_chunk(&file, &file.chunks[index])
+                let mut points = ScannedPoints::default();
+                decode_chunk(&file, &file.chunks[index], Attributes::Geometry, &mut |records| {
+                    points.extend(&file.header, records);
+                    Ok(())
+                })?;
+                Ok(points)
             },
             |points| visit(&points),
         )?;
@@ -48,27 +60,42 @@ pub fn scan(
     Ok(())
 }
 
-fn scan_chunk(file: &PointFile, chunk: &Chunk) -> Result<ScannedPoints, IngestError> {
-    let mut points = ScannedPoints::default();
-    let record_length = usize::from(file.header.record_length);
-    let extended = file.header.point_format >= 6;
-    decode_chunk(file, chunk, Attributes::Geometry, &mut |records| {
-        for record in records.chunks_exact(record_length) {
+/// Chunks with more points than this are not held whole. The oldest LAZ files are one chunk.
+pub(super) const MOST_CHUNK_POINTS: u64 = 1 << 20;
+
+fn scan_in_sequence(
+    file: &PointFile,
+    job: &Job,
+    visit: &mut impl FnMut(&ScannedPoints) -> Result<(), IngestError>,
+) -> Result<(), IngestError> {
+    for chunk in &file.chunks {
+        decode_chunk(file, chunk, Attributes::Geometry, &mut |records| {
+            job.check()?;
+            let mut points = ScannedPoints::default();
+            points.extend(&file.header, records);
+            visit(&points)
+        })?;
+    }
+    Ok(())
+}
+
+impl ScannedPoints {
+    fn extend(&mut self, header: &LasHeader, records: &[u8]) {
+        let extended = header.point_format >= 6;
+        for record in records.chunks_exact(usize::from(header.record_length)) {
             let raw = raw_position(record);
-            points.positions.push(raw.as_dvec3() * file.header.scale + file.header.offset);
+            self.positions.push(raw.as_dvec3() * header.scale + header.offset);
             if extended {
-                points.return_numbers.push(record[14] & 15);
-                points.return_counts.push(record[14] >> 4);
-                points.classes.push(record[16]);
+                self.return_numbers.push(record[14] & 15);
+                self.return_counts.push(record[14] >> 4);
+                self.classes.push(record[16]);
             } else {
-                points.return_numbers.push(record[14] & 7);
-                points.return_counts.push(record[14] >> 3 & 7);
-                points.classes.push(record[15] & 31);
+                self.return_numbers.push(record[14] & 7);
+                self.return_counts.push(record[14] >> 3 & 7);
+                self.classes.push(record[15] & 31);
             }
         }
-        Ok(())
-    })?;
-    Ok(points)
+    }
 }
 
 /// The raw coordinates at the start of a record of any format.

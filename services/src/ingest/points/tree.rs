@@ -56,19 +56,17 @@ pub(super) fn code_base(level: u32, grid_bits: u32) -> u32 {
     if level + grid_bits <= CODE_BITS { 0 } else { SECOND_BASE }
 }
 
-/// Bits of the grid that suits points with these sorted codes counted from level 0.
-pub(super) fn suitable_grid_bits(keys: &[Key]) -> u32 {
-    let occupied = |bits: u32| {
-        let shift = 3 * (CODE_BITS - bits);
-        1 + keys.windows(2).filter(|w| w[0].code() >> shift != w[1].code() >> shift).count()
-    };
-    if occupied(7) <= MOST_SAMPLED {
-        7
-    } else if occupied(6) <= MOST_SAMPLED {
-        6
-    } else {
-        5
-    }
+/// Bits of the grid that suits points that occupy `occupied(bits)` cells of a grid with
+/// 2^`bits` along the root's edge.
+pub(super) fn suitable_grid_bits(occupied: impl Fn(u32) -> usize) -> u32 {
+    [7, 6].into_iter().find(|bits| occupied(*bits) <= MOST_SAMPLED).unwrap_or(5)
+}
+
+/// Cells of the root's grid with 2^`bits` along an edge that hold points with these sorted
+/// codes counted from level 0.
+pub(super) fn occupied_cells(keys: &[Key], bits: u32) -> usize {
+    let shift = 3 * (CODE_BITS - bits);
+    1 + keys.windows(2).filter(|w| w[0].code() >> shift != w[1].code() >> shift).count()
 }
 
 /// Distributes `keys`, sorted and all inside `root`, over nodes, reordering them. `rekey`
@@ -88,8 +86,10 @@ pub(super) fn build_tree(
 }
 
 /// Moves one point of each cell of the `level`-th level to the end of `keys`, keeping the
-/// order of the others; returns how many others there are.
+/// order of the others; returns how many others there are. The codes are counted from
+/// `base`, and all points are in one cell of that level.
 pub(super) fn sample_to_end(keys: &mut [Key], level: u32, base: u32) -> usize {
+    let level = level.max(base);
     let picks = nearest_to_centres(keys, cell_bits(level, base));
     move_to_end(keys, picks.into_iter().map(|pick| pick..pick + 1))
 }

@@ -7,4 +7,4 @@ mod write;
 
 pub use vlr::{Evlr, Vlr};
 pub(crate) use write::base_record_length;
-pub use write::{CopcHeader, CopcSummary, CopcWriter, compress_node};
+pub use write::{CopcHeader, CopcSummary, CopcWriter, NodeCompressor, compress_node};

@@ -100,18 +100,44 @@ pub(crate) fn base_record_length(point_format: u8) -> u16 {
 /// The chunk of a node with these records.
 ///
 /// # Errors
-/// None in practice: the chunk is made in memory.
+/// Where there are more than 2³² records.
 pub fn compress_node<'a>(
     laz: &LazVlr,
     records: impl Iterator<Item = &'a [u8]>,
 ) -> io::Result<Vec<u8>> {
-    let mut compressor = LayeredPointRecordCompressor::new(Cursor::new(Vec::new()));
-    compressor.set_fields_from(laz.items()).map_err(io::Error::other)?;
+    let mut compressor = NodeCompressor::new(laz)?;
     for record in records {
-        compressor.compress_next(record)?;
+        compressor.push(record)?;
     }
-    compressor.done()?;
-    Ok(compressor.into_inner().into_inner())
+    Ok(compressor.finish()?.0)
+}
+
+/// The chunk of a node in the making, record by record.
+pub struct NodeCompressor {
+    compressor: LayeredPointRecordCompressor<'static, Cursor<Vec<u8>>>,
+    points: u32,
+}
+
+impl NodeCompressor {
+    /// An empty chunk.
+    pub fn new(laz: &LazVlr) -> io::Result<Self> {
+        let mut compressor = LayeredPointRecordCompressor::new(Cursor::new(Vec::new()));
+        compressor.set_fields_from(laz.items()).map_err(io::Error::other)?;
+        Ok(Self { compressor, points: 0 })
+    }
+
+    /// Adds a record.
+    pub fn push(&mut self, record: &[u8]) -> io::Result<()> {
+        let too_many = || io::Error::other("a node of more than 2^32 points");
+        self.points = self.points.checked_add(1).ok_or_else(too_many)?;
+        self.compressor.compress_next(record)
+    }
+
+    /// The chunk, and how many records it holds.
+    pub fn finish(mut self) -> io::Result<(Vec<u8>, u32)> {
+        self.compressor.done()?;
+        Ok((self.compressor.into_inner().into_inner(), self.points))
+    }
 }
 
 impl CopcWriter {

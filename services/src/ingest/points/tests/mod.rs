@@ -1,7 +1,9 @@
 //! Whole ingests: files in, COPC out, both read back by the `las` crate and compared.
 
+mod distributions;
 mod hostile;
 mod made;
+mod merging;
 mod round_trip;
 
 use std::path::{Path, PathBuf};
