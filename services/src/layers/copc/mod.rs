@@ -2,9 +2,11 @@
 //! <https://copc.io>, version 1.0, over LAS 1.4.
 
 mod hierarchy;
+mod read;
 mod vlr;
 mod write;
 
+pub use read::{CopcError, CopcFile, Page, PageAddress, PageEntry, PageItem};
 pub use vlr::{Evlr, Vlr};
 pub(crate) use write::base_record_length;
 pub use write::{CopcHeader, CopcSummary, CopcWriter, NodeCompressor, compress_node};
