@@ -7,6 +7,7 @@
 //! - [`store`] finds scenes and their objects behind a URL,
 //! - [`grpc`] answers the data services over a store.
 
+mod cache;
 pub mod crs;
 pub mod grpc;
 pub mod ingest;

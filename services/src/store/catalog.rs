@@ -84,8 +84,8 @@ impl Catalog {
     /// All scenes, in the order of their names.
     pub async fn scenes(&self) -> Result<Vec<Arc<Scene>>, StoreError> {
         let names = self.names().await?;
-        let scenes = names.iter().map(|name| async move {
-            match self.scene(name).await {
+        let scenes = names.into_iter().map(|name| async move {
+            match self.scene(&name).await {
                 Ok(scene) => Ok(Some(scene)),
                 // Removed since it was listed.
                 Err(StoreError::NoScene { .. }) => Ok(None),

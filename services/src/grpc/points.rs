@@ -1,0 +1,158 @@
+//! `PointService`.
+
+use std::collections::VecDeque;
+
+use flaneur_proto::{FieldError, MAX_KEYS, v1};
+use flaneur_scene::NodeKey;
+use futures::stream::{self, StreamExt, TryStreamExt};
+use tonic::{Request, Response, Status};
+
+use super::octrees::Octree;
+use super::pieces::{Pieces, READ_AHEAD};
+use super::{MessageStream, Services, status};
+use crate::layers::copc::{Page, PageAddress, PageEntry, PageItem};
+use crate::store::{PointsLayer, Scene};
+
+/// Entries of a message, each of at most 36 bytes: a page with more comes in several.
+const MESSAGE_ENTRIES: usize = 16_384;
+
+#[tonic::async_trait]
+impl v1::point_service_server::PointService for Services {
+    type GetHierarchyStream = MessageStream<v1::HierarchyPage>;
+    type StreamChunksStream = MessageStream<v1::PointChunk>;
+
+    async fn get_hierarchy(
+        &self,
+        request: Request<v1::GetHierarchyRequest>,
+    ) -> Result<Response<Self::GetHierarchyStream>, Status> {
+        let request = request.into_inner();
+        let page = request.page.map(NodeKey::try_from).transpose();
+        let page = page.map_err(|e: FieldError| status::invalid(&e.within("page")))?;
+        let scene = self.scene(&request.scene).await?;
+        let layer = source(&scene, &request.source)?;
+        let octree = self.octrees.open(&scene, layer).await?;
+        let (first, all) = match page {
+            Some(key) => (octree.page_of(key).await?, false),
+            None => (octree.root(), true),
+        };
+        let budget = octree.page_budget();
+        let walk = Walk { octree, all, waiting: VecDeque::from([first]), budget };
+        let source = layer.source.clone();
+        let pages = stream::try_unfold(walk, Walk::next)
+            .map_ok(move |page| stream::iter(messages(&source, &page)).map(Ok))
+            .try_flatten();
+        Ok(Response::new(pages.boxed()))
+    }
+
+    async fn stream_chunks(
+        &self,
+        request: Request<v1::StreamChunksRequest>,
+    ) -> Result<Response<Self::StreamChunksStream>, Status> {
+        let request = request.into_inner();
+        if request.nodes.len() > MAX_KEYS {
+            return Err(status::too_many("nodes", request.nodes.len(), MAX_KEYS));
+        }
+        let mut keys = Vec::with_capacity(request.nodes.len());
+        for (position, key) in request.nodes.into_iter().enumerate() {
+            keys.push(
+                NodeKey::try_from(key)
+                    .map_err(|e| status::invalid(&e.within(format_args!("nodes[{position}]"))))?,
+            );
+        }
+        let scene = self.scene(&request.scene).await?;
+        let layer = source(&scene, &request.source)?;
+        let octree = self.octrees.open(&scene, layer).await?;
+        let mut chunks = Vec::with_capacity(keys.len());
+        for key in keys {
+            chunks.push((key, octree.chunk(key).await?));
+        }
+        let (store, path, _) = super::object(&scene, &layer.file)?;
+        let source = layer.source.clone();
+        let chunks = stream::iter(chunks).map(move |(key, (offset, byte_size, point_count))| {
+            let (store, path) = (store.clone(), path.clone());
+            let (what, source) = (octree.what.clone(), source.clone());
+            async move {
+                let range = offset..offset + u64::from(byte_size);
+                let pieces = Pieces::range(store, path, range, what).await?;
+                let total_bytes = pieces.total();
+                Ok::<_, Status>(pieces.parts().map_ok(move |(offset, data)| v1::PointChunk {
+                    source: source.clone(),
+                    key: Some(key.into()),
+                    point_count,
+                    total_bytes,
+                    offset,
+                    data,
+                }))
+            }
+        });
+        Ok(Response::new(chunks.buffered(READ_AHEAD).try_flatten().boxed()))
+    }
+}
+
+/// Pages from the root down, read as the client takes them.
+struct Walk {
+    octree: Octree,
+    all: bool,
+    waiting: VecDeque<PageAddress>,
+    /// Bytes of pages that may still be read.
+    budget: u64,
+}
+
+impl Walk {
+    async fn next(mut self) -> Result<Option<(std::sync::Arc<Page>, Self)>, Status> {
+        let Some(address) = self.waiting.pop_front() else { return Ok(None) };
+        self.budget = self.budget.checked_sub(u64::from(address.byte_size)).ok_or_else(|| {
+            tracing::error!(octree = self.octree.what, "pages of the hierarchy overlap");
+            Status::data_loss(format!("{} cannot be read", self.octree.what))
+        })?;
+        let page = self.octree.page(address).await?;
+        if self.all {
+            self.waiting.extend(page.entries.iter().filter_map(|entry| match entry.item {
+                PageItem::Page(address) => Some(address),
+                PageItem::Node { .. } => None,
+            }));
+        }
+        Ok(Some((page, self)))
+    }
+}
+
+/// The point source of that name, or the only one where the name is empty.
+fn source<'a>(scene: &'a Scene, name: &str) -> Result<&'a PointsLayer, Status> {
+    let layers = &scene.manifest.points;
+    if name.is_empty() {
+        return match layers.as_slice() {
+            [only] => Ok(only),
+            [] => Err(status::not_found("point source", "", &in_scene(scene))),
+            several => Err(status::invalid(&FieldError::new(
+                "source",
+                format!("is empty, but the scene has {} point sources", several.len()),
+            ))),
+        };
+    }
+    layers
+        .iter()
+        .find(|layer| layer.source == name)
+        .ok_or_else(|| status::not_found("point source", format!("{name:?}"), &in_scene(scene)))
+}
+
+fn in_scene(scene: &Scene) -> String {
+    format!("scene {:?}", scene.folder.name())
+}
+
+fn messages(source: &str, page: &Page) -> Vec<v1::HierarchyPage> {
+    let entry = |entry: &PageEntry| {
+        let (point_count, byte_size, is_page) = match entry.item {
+            PageItem::Node { point_count, byte_size, .. } => (point_count, byte_size, false),
+            PageItem::Page(_) => (0, 0, true),
+        };
+        v1::HierarchyEntry { key: Some(entry.key.into()), point_count, byte_size, is_page }
+    };
+    page.entries
+        .chunks(MESSAGE_ENTRIES)
+        .map(|entries| v1::HierarchyPage {
+            source: source.to_owned(),
+            page: Some(page.address.key.into()),
+            entries: entries.iter().map(entry).collect(),
+        })
+        .collect()
+}

@@ -1,0 +1,112 @@
+//! Everything that is answered on the port.
+
+use axum::Router;
+use axum::http::header::CONTENT_TYPE;
+use axum::middleware;
+use axum::routing::get;
+use flaneur_proto::v1;
+use tonic::server::NamedService;
+use tonic::service::Routes;
+use tonic_health::ServingStatus;
+use tonic_health::server::HealthReporter;
+
+use v1::footprint_service_server::FootprintServiceServer;
+use v1::ground_service_server::GroundServiceServer;
+use v1::panorama_service_server::PanoramaServiceServer;
+use v1::point_service_server::PointServiceServer;
+use v1::scene_service_server::SceneServiceServer;
+
+use super::Services;
+use super::call::{self, Calls};
+use super::metrics::Metrics;
+use super::server::ServeError;
+use crate::store::Catalog;
+
+/// How much a server takes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Calls in flight, over all connections; more are refused with RESOURCE_EXHAUSTED.
+    pub calls: usize,
+    /// Calls in flight on one connection; more wait.
+    pub calls_per_connection: u32,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { calls: 4096, calls_per_connection: 256 }
+    }
+}
+
+/// The services, and what is said about them.
+pub(super) struct Answers {
+    pub(super) routes: Routes,
+    pub(super) metrics: Metrics,
+    health: HealthReporter,
+}
+
+/// Names of the data services, as health checks know them; the empty one is the server.
+const NAMES: [&str; 6] = [
+    "",
+    SceneServiceServer::<Services>::NAME,
+    FootprintServiceServer::<Services>::NAME,
+    GroundServiceServer::<Services>::NAME,
+    PanoramaServiceServer::<Services>::NAME,
+    PointServiceServer::<Services>::NAME,
+];
+
+/// What `/` says to a person who comes with a browser.
+const GREETING: &str = "\
+Flaneur serves surveyed streets here, over gRPC and gRPC-Web (package flaneur.v1).
+
+  List the services:  grpcurl -plaintext HOST:PORT list
+  List the scenes:    grpcurl -plaintext HOST:PORT flaneur.v1.SceneService/ListScenes
+  Metrics:            /metrics
+  Health:             /healthz, and grpc.health.v1.Health
+";
+
+impl Answers {
+    /// The data services over a catalog, with health, reflection and metrics.
+    pub(super) async fn new(catalog: Catalog, limits: &Limits) -> Result<Self, ServeError> {
+        let metrics = Metrics::new().map_err(|e| ServeError::SetUp(e.to_string()))?;
+        let reflection = || {
+            tonic_reflection::server::Builder::configure()
+                .register_encoded_file_descriptor_set(flaneur_proto::FILE_DESCRIPTOR_SET)
+                .register_encoded_file_descriptor_set(tonic_health::pb::FILE_DESCRIPTOR_SET)
+        };
+        let failed = |e: tonic_reflection::server::Error| ServeError::SetUp(e.to_string());
+        let (health, health_service) = tonic_health::server::health_reporter();
+        let services = Services::new(catalog);
+        let grpc = Routes::new(SceneServiceServer::new(services.clone()))
+            .add_service(FootprintServiceServer::new(services.clone()))
+            .add_service(GroundServiceServer::new(services.clone()))
+            .add_service(PanoramaServiceServer::new(services.clone()))
+            .add_service(PointServiceServer::new(services))
+            .add_service(health_service)
+            .add_service(reflection().build_v1().map_err(failed)?)
+            .add_service(reflection().build_v1alpha().map_err(failed)?);
+        let calls = Calls::new(metrics.clone(), limits.calls);
+        let router = grpc
+            .into_axum_router()
+            .layer(middleware::from_fn_with_state(calls, call::around))
+            .merge(pages(&metrics));
+        let answers = Self { routes: Routes::from(router).prepare(), metrics, health };
+        answers.set_health(ServingStatus::Serving).await;
+        Ok(answers)
+    }
+
+    /// Tells health checks whether new calls are welcome.
+    pub(super) async fn set_health(&self, status: ServingStatus) {
+        for name in NAMES {
+            self.health.set_service_status(name, status).await;
+        }
+    }
+}
+
+/// The pages that are plain HTTP.
+fn pages(metrics: &Metrics) -> Router {
+    let metrics = metrics.clone();
+    Router::new().route("/", get(async || GREETING)).route("/healthz", get(async || "ok\n")).route(
+        "/metrics",
+        get(async move || ([(CONTENT_TYPE, "text/plain; version=0.0.4")], metrics.render())),
+    )
+}

@@ -1,0 +1,127 @@
+//! The services on a port.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use http::Method;
+use http::header::HeaderName;
+use tokio::net::TcpListener;
+use tonic::transport::server::TcpIncoming;
+use tonic_health::ServingStatus;
+use tonic_web::GrpcWebLayer;
+use tower_http::cors::{Any, CorsLayer};
+
+use super::routes::{Answers, Limits};
+use crate::store::Catalog;
+
+/// How long calls in flight may go on once the server is asked to stop.
+const DRAIN: Duration = Duration::from_secs(10);
+
+/// How often a quiet connection is asked whether it lives, and how long it may take to say so.
+const KEEPALIVE: (Duration, Duration) = (Duration::from_secs(30), Duration::from_secs(20));
+
+/// Bytes that may be under way unacknowledged, by stream and by connection: enough for a
+/// gigabit over 100 ms.
+pub(super) const WINDOW: (u32, u32) = (4 << 20, 16 << 20);
+
+/// Why the services cannot be served.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The address cannot be listened on.
+    #[error("cannot listen on {address}: {source}; choose another with --listen")]
+    Bind {
+        /// The address.
+        address: SocketAddr,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The services could not be put together.
+    #[error("cannot set up the services: {0}")]
+    SetUp(String),
+    /// The server failed while it ran.
+    #[error("the server failed: {0}")]
+    Transport(#[from] tonic::transport::Error),
+}
+
+/// The services, listening.
+pub struct Server {
+    listener: TcpListener,
+    address: SocketAddr,
+    answers: Answers,
+    limits: Limits,
+}
+
+impl Server {
+    /// Listens on `address`; port 0 is any free one. Calls wait until [`Server::serve`].
+    pub async fn bind(
+        catalog: Catalog,
+        address: SocketAddr,
+        limits: Limits,
+    ) -> Result<Self, ServeError> {
+        let failed = |source| ServeError::Bind { address, source };
+        let listener = TcpListener::bind(address).await.map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        let answers = Answers::new(catalog, &limits).await?;
+        Ok(Self { listener, address, answers, limits })
+    }
+
+    /// The address that is listened on.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Serves until `stop` completes; then no new calls are taken, and those in flight have
+    /// ten seconds to end.
+    pub async fn serve(self, stop: impl Future<Output = ()>) -> Result<(), ServeError> {
+        let Self { listener, answers, limits, .. } = self;
+        let incoming = TcpIncoming::from(listener).with_nodelay(Some(true));
+        let (stopping, stopped) = tokio::sync::watch::channel(false);
+        let mut builder = tonic::transport::Server::builder()
+            .accept_http1(true)
+            .max_concurrent_streams(limits.calls_per_connection)
+            .http2_keepalive_interval(Some(KEEPALIVE.0))
+            .http2_keepalive_timeout(Some(KEEPALIVE.1))
+            .initial_stream_window_size(WINDOW.0)
+            .initial_connection_window_size(WINDOW.1)
+            .layer(cors())
+            .layer(GrpcWebLayer::new());
+        let wait = |mut stopped: tokio::sync::watch::Receiver<bool>| async move {
+            // The sender lives as long as this function; an error is a stop as well.
+            let _ = stopped.wait_for(|stopped| *stopped).await;
+        };
+        let routes = answers.routes.clone();
+        let serving = builder
+            .add_routes(routes)
+            .serve_with_incoming_shutdown(incoming, wait(stopped.clone()));
+        let orders = async {
+            stop.await;
+            tracing::info!("stopping: no new calls");
+            answers.set_health(ServingStatus::NotServing).await;
+            let _ = stopping.send(true);
+            tokio::time::sleep(DRAIN).await;
+            tracing::warn!("calls still in flight are cut off");
+        };
+        let tidying = async {
+            loop {
+                tokio::time::sleep(Duration::from_secs(5)).await;
+                answers.metrics.tidy();
+            }
+        };
+        tokio::select! {
+            outcome = serving => Ok(outcome?),
+            () = orders => Ok(()),
+            () = tidying => Ok(()),
+        }
+    }
+}
+
+/// Pages of any origin may call: the services are public to whoever reaches the port.
+fn cors() -> CorsLayer {
+    let exposed = ["grpc-status", "grpc-message", "grpc-status-details-bin"];
+    CorsLayer::new()
+        .allow_origin(Any)
+        .allow_methods([Method::GET, Method::POST])
+        .allow_headers(Any)
+        .expose_headers(exposed.map(HeaderName::from_static))
+        .max_age(Duration::from_secs(24 * 3600))
+}

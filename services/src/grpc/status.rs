@@ -1,0 +1,109 @@
+//! Every error that a client sees is made here.
+//!
+//! Names and fields of the request come back to the client; paths, URLs and messages of the
+//! store do not: they go to the log.
+
+use flaneur_proto::FieldError;
+use tonic::{Code, Status};
+use tonic_types::{ErrorDetails, StatusExt};
+
+use crate::layers::copc::CopcError;
+use crate::layers::fgb::FgbError;
+use crate::layers::ground::GroundError;
+use crate::store::StoreError;
+
+/// INVALID_ARGUMENT that names the field, in words and as `google.rpc.BadRequest`.
+pub(super) fn invalid(error: &FieldError) -> Status {
+    let details = ErrorDetails::with_bad_request_violation(&error.field, &error.problem);
+    Status::with_error_details(Code::InvalidArgument, error.to_string(), details)
+}
+
+/// INVALID_ARGUMENT for a request with more keys than are taken.
+pub(super) fn too_many(field: &str, count: usize, limit: usize) -> Status {
+    invalid(&FieldError::new(field, format!("holds {count} keys, at most {limit} are taken")))
+}
+
+/// NOT_FOUND that names what is missing and where it was looked for.
+pub(super) fn not_found(kind: &str, name: impl std::fmt::Display, place: &str) -> Status {
+    let details = ErrorDetails::with_resource_info(kind, name.to_string(), "", "");
+    Status::with_error_details(Code::NotFound, format!("no {kind} {name} in {place}"), details)
+}
+
+/// RESOURCE_EXHAUSTED for something that is larger than the service hands out.
+pub(super) fn too_large(what: &str, bytes: usize, limit: usize) -> Status {
+    Status::resource_exhausted(format!("{what} takes {bytes} bytes, more than {limit}"))
+}
+
+/// The status of a failure to find or open a scene.
+pub(super) fn of_store(error: &StoreError) -> Status {
+    match error {
+        StoreError::NoScene { name } => {
+            let details = ErrorDetails::with_resource_info("scene", name, "", "");
+            let message = format!("no scene is named {name:?}; ListScenes gives the names");
+            Status::with_error_details(Code::NotFound, message, details)
+        }
+        StoreError::BadSceneName { name, problem } => {
+            invalid(&FieldError::new("scene", format!("is {name:?}: {problem}")))
+        }
+        StoreError::BadManifest { scene, .. } => {
+            tracing::error!(%error, "scene cannot be read");
+            damaged(&format!("scene {scene:?}"))
+        }
+        StoreError::Damaged { .. } => {
+            tracing::error!(%error, "object cannot be read");
+            damaged("an object of the scene")
+        }
+        StoreError::Object { source } => of_object_store("the scenes", source),
+        _ => {
+            tracing::error!(%error, "store cannot be read");
+            Status::internal("the store cannot be read; the server's log says why")
+        }
+    }
+}
+
+/// The status of a failure to read `layer` of a scene.
+pub(super) fn of_layer(layer: &str, error: &impl LayerError) -> Status {
+    if let Some(source) = error.store_error() {
+        return of_object_store(layer, source);
+    }
+    tracing::error!(%error, layer, "layer cannot be read");
+    damaged(layer)
+}
+
+/// The status of a failure of the store while `what` was read.
+pub(super) fn of_object_store(what: &str, error: &object_store::Error) -> Status {
+    if let object_store::Error::NotFound { .. } = error {
+        tracing::error!(%error, what, "object is missing");
+        return damaged(what);
+    }
+    tracing::warn!(%error, what, "store failed");
+    Status::unavailable(format!("the store did not give {what}; try again"))
+}
+
+/// What the readers of layers can fail with.
+pub(super) trait LayerError: std::error::Error {
+    /// The store's own failure, where it was that.
+    fn store_error(&self) -> Option<&object_store::Error>;
+}
+
+impl LayerError for FgbError {
+    fn store_error(&self) -> Option<&object_store::Error> {
+        if let Self::Store(source) = self { Some(source) } else { None }
+    }
+}
+
+impl LayerError for GroundError {
+    fn store_error(&self) -> Option<&object_store::Error> {
+        if let Self::Store(source) = self { Some(source) } else { None }
+    }
+}
+
+impl LayerError for CopcError {
+    fn store_error(&self) -> Option<&object_store::Error> {
+        if let Self::Store(source) = self { Some(source) } else { None }
+    }
+}
+
+fn damaged(what: &str) -> Status {
+    Status::data_loss(format!("{what} cannot be read; the server's log says why"))
+}
