@@ -2,6 +2,7 @@
 //!
 //! Results go to stdout, everything else to stderr. Exit codes: see [`exit::Exit`].
 
+mod atomic_file;
 mod commands;
 mod exit;
 mod interrupt;
@@ -9,6 +10,7 @@ mod logging;
 mod memory;
 mod output;
 mod progress;
+mod source;
 
 use std::process::ExitCode;
 

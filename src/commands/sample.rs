@@ -43,7 +43,7 @@ pub(crate) async fn run(arguments: SampleArguments, context: &Context) -> Result
     }
     let cancelled = Arc::new(AtomicBool::new(false));
     let (cancel, folder) = (Arc::clone(&cancelled), arguments.folder.clone());
-    let shown = Shown { console: context.console.clone(), stage: Mutex::default() };
+    let shown = Shown { console: context.console.clone(), current: Mutex::default() };
     let work = tokio::task::spawn_blocking(move || {
         write_street(&folder, &options, &|step| shown.show(step), &cancel)
     });
@@ -71,29 +71,36 @@ pub(crate) async fn run(arguments: SampleArguments, context: &Context) -> Result
     ))
 }
 
-/// The stage that is shown now.
+/// What is shown of the work.
 struct Shown {
     console: Console,
-    stage: Mutex<Option<(Part, u64, Box<dyn Stage>)>>,
+    current: Mutex<Option<Current>>,
+}
+
+/// The stage under way.
+struct Current {
+    part: Part,
+    done: u64,
+    stage: Box<dyn Stage>,
 }
 
 impl Shown {
     fn show(&self, step: Step) {
-        let mut shown = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
-        if shown.as_ref().is_none_or(|(part, ..)| *part != step.stage) {
+        let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        if current.as_ref().is_none_or(|current| current.part != step.stage) {
             // The stage before ends first.
-            *shown = None;
+            *current = None;
             let unit = match step.stage {
                 Part::Photographs | Part::Views => Unit::Images,
                 Part::Points => Unit::Points,
                 Part::Street => Unit::Items,
             };
             let stage = self.console.stage(step.stage.name(), step.total, unit);
-            *shown = Some((step.stage, 0, stage));
+            *current = Some(Current { part: step.stage, done: 0, stage });
         }
-        if let Some((_, done, stage)) = &mut *shown {
-            stage.advance(step.done.saturating_sub(*done));
-            *done = step.done.max(*done);
+        if let Some(current) = &mut *current {
+            current.stage.advance(step.done.saturating_sub(current.done));
+            current.done = step.done.max(current.done);
         }
     }
 }

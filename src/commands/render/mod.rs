@@ -1,0 +1,214 @@
+//! `flaneur render`: views of a scene as pictures.
+
+mod names;
+mod picture;
+mod report;
+mod view;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::{ArgGroup, Args};
+use flaneur_renderer::{Frame, Gpu, Renderer};
+use flaneur_scene::View;
+use flaneur_services::ingest::{Progress, Unit};
+use flaneur_streamer::{Event, Streamer, ViewRequest};
+use futures::StreamExt;
+
+use super::Context;
+use crate::atomic_file;
+use crate::exit::Exit;
+use crate::source::{Source, stream_exit};
+use names::{Names, Pattern};
+use picture::PictureFormat;
+use report::{FrameReport, Report};
+use view::{Size, Viewpoint, parse_fov, read_path, view_like};
+
+/// Size of a picture where nothing else decides it.
+const DEFAULT_SIZE: Size = Size(glam::UVec2::new(1024, 512));
+
+/// Arguments of `flaneur render`.
+#[derive(Args)]
+#[command(group = ArgGroup::new("views").required(true).args(["view", "like", "path"]))]
+pub(crate) struct RenderArguments {
+    /// Scene: a store's folder or URL with the scene's name at its end, or
+    /// http://host:port/scene; the name may be left out where there is only one
+    #[arg(value_name = "SOURCE")]
+    source: String,
+    /// Where to stand and look: world CRS in metres, degrees clockwise from grid north, degrees
+    /// up
+    #[arg(long, value_name = "X,Y,Z,HEADING,PITCH", allow_hyphen_values = true)]
+    view: Option<Viewpoint>,
+    /// Render what the camera of this photograph sees: PANORAMA/CAMERA, or the panorama alone
+    /// if it has one camera
+    #[arg(long, value_name = "IMAGE_ID")]
+    like: Option<String>,
+    /// Render every view of a JSON file, into numbered files
+    #[arg(long, value_name = "VIEWS.json")]
+    path: Option<PathBuf>,
+    /// Vertical field of view in degrees
+    #[arg(long, default_value = "60", value_parser = parse_fov, conflicts_with = "like")]
+    fov: f64,
+    /// Size of the picture in pixels [default: 1024x512, or that of the --like photograph]
+    #[arg(long, value_name = "WxH")]
+    size: Option<Size>,
+    /// Leave out photographs: ids, panoramas, or globs over either
+    #[arg(long, value_name = "IMAGE_ID", num_args = 1.., value_parser = Pattern::parse)]
+    without: Vec<Pattern>,
+    /// The picture: .png, .jpg or .webp
+    #[arg(short, long = "out", value_name = "FILE")]
+    out: PathBuf,
+    /// Write what was rendered, and how fast, as JSON
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+}
+
+/// Renders every view that is asked for.
+pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result<(), Exit> {
+    let started = Instant::now();
+    let format = PictureFormat::of(&arguments.out)?;
+    for file in [Some(&arguments.out), arguments.report.as_ref()].into_iter().flatten() {
+        atomic_file::check_folder(file)?;
+    }
+    let viewpoints = match (&arguments.path, arguments.view) {
+        (Some(path), _) => read_path(path)?,
+        (None, view) => view.into_iter().collect(),
+    };
+    let (mut streamer, views, gpu) = tokio::select! {
+        () = context.cancel.cancelled() => return Err(Exit::Interrupted),
+        ready = prepare(&arguments, &viewpoints) => ready?,
+    };
+    let mut session = Session {
+        renderer: Renderer::new(&gpu),
+        adapter: gpu.adapter_name().to_owned(),
+        timed: arguments.report.is_some(),
+        started,
+        frames: Vec::new(),
+    };
+    for (index, view) in views.iter().enumerate() {
+        let file = match &arguments.path {
+            Some(_) => numbered(&arguments.out, index + 1),
+            None => arguments.out.clone(),
+        };
+        fetch(&mut streamer, &mut session.renderer, view, &arguments.without, context).await?;
+        let bytes_received = streamer.client().bytes_received();
+        let frame = session.render(view, &file, bytes_received)?;
+        let encoded = tokio::task::block_in_place(|| format.encode(&frame))?;
+        atomic_file::write(&file, &encoded)?;
+        if context.cancel.is_cancelled() {
+            return Err(Exit::Interrupted);
+        }
+    }
+    if let (Some(file), Some(report)) = (&arguments.report, session.report()) {
+        let mut json = serde_json::to_vec_pretty(&report)?;
+        json.push(b'\n');
+        atomic_file::write(file, &json)?;
+    }
+    Ok(())
+}
+
+/// Connects, opens the graphics device meanwhile, and finds the views out.
+async fn prepare(
+    arguments: &RenderArguments,
+    viewpoints: &[Viewpoint],
+) -> Result<(Streamer, Vec<View>, Gpu), Exit> {
+    let gpu = tokio::task::spawn_blocking(Gpu::new);
+    let streamer = Source::open(&arguments.source).await?.streamer().await?;
+    let mut views: Vec<View> = viewpoints
+        .iter()
+        .map(|viewpoint| viewpoint.view(arguments.fov, arguments.size.unwrap_or(DEFAULT_SIZE).0))
+        .collect();
+    if arguments.like.is_some() || !arguments.without.is_empty() {
+        let names = Names::all(streamer.client()).await?;
+        for pattern in &arguments.without {
+            names.check(pattern)?;
+        }
+        if let Some(like) = &arguments.like {
+            views.push(view_like(names.camera(like)?, arguments.size));
+        }
+    }
+    Ok((streamer, views, gpu.await??))
+}
+
+/// Brings everything that the view wants to the renderer.
+async fn fetch(
+    streamer: &mut Streamer,
+    renderer: &mut Renderer,
+    view: &View,
+    without: &[Pattern],
+    context: &Context,
+) -> Result<(), Exit> {
+    let without = without.to_vec();
+    let request = ViewRequest {
+        excluded: Arc::new(move |id| without.iter().any(|pattern| pattern.matches(id))),
+        ..ViewRequest::new(*view)
+    };
+    let mut events = streamer.stream(request, &context.cancel);
+    let (mut stage, mut remaining) = (None, 0);
+    while let Some(event) = events.next().await {
+        match event.map_err(stream_exit)? {
+            // Uploading takes the processor for a while; other tasks go elsewhere.
+            Event::Update(update) => tokio::task::block_in_place(|| renderer.apply(update))?,
+            Event::Progress(progress) => {
+                if stage.is_none() && progress.remaining > 0 {
+                    remaining = progress.remaining;
+                    stage = Some(context.console.stage("fetch", remaining, Unit::Items));
+                }
+                if let Some(stage) = &stage {
+                    stage.advance(remaining.saturating_sub(progress.remaining));
+                }
+                remaining = progress.remaining;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// One renderer and what it has done.
+struct Session {
+    renderer: Renderer,
+    adapter: String,
+    /// Whether someone wants to know how long a frame takes.
+    timed: bool,
+    started: Instant,
+    frames: Vec<FrameReport>,
+}
+
+impl Session {
+    fn render(&mut self, view: &View, file: &Path, bytes_received: u64) -> Result<Frame, Exit> {
+        tokio::task::block_in_place(|| {
+            let frame = self.renderer.render(view)?;
+            if self.timed {
+                let since_start_ms = milliseconds(self.started);
+                // The first time pipelines are made and depth maps drawn: once more.
+                let warm = Instant::now();
+                self.renderer.render(view)?;
+                let frame_ms = milliseconds(warm);
+                self.frames.push(FrameReport::new(
+                    file,
+                    &frame,
+                    frame_ms,
+                    since_start_ms,
+                    bytes_received,
+                ));
+            }
+            Ok(frame)
+        })
+    }
+
+    fn report(self) -> Option<Report> {
+        Report::new(self.adapter, self.frames)
+    }
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+/// `frame.png` as `frame_0001.png`.
+fn numbered(out: &Path, number: usize) -> PathBuf {
+    let stem = out.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = out.extension().unwrap_or_default().to_string_lossy();
+    out.with_file_name(format!("{stem}_{number:04}.{extension}"))
+}

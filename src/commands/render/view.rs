@@ -1,0 +1,174 @@
+//! The views that the arguments ask for.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use flaneur_scene::{PosedCamera, View};
+use glam::{DVec3, UVec2};
+use serde::Deserialize;
+
+use crate::exit::Exit;
+
+/// Largest picture, in pixels: what a renderer takes.
+const MAX_PIXELS: u64 = 1 << 25;
+
+/// `x,y,z,heading,pitch`, world CRS and degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Viewpoint {
+    eye: DVec3,
+    heading_deg: f64,
+    pitch_deg: f64,
+    fov_deg: Option<f64>,
+}
+
+/// `WIDTHxHEIGHT` in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size(pub(crate) UVec2);
+
+/// One entry of a file of views.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    position: [f64; 3],
+    heading_deg: f64,
+    pitch_deg: f64,
+    fov_deg: Option<f64>,
+}
+
+impl Viewpoint {
+    /// The view from here, `fov_deg` high unless it has a field of view of its own.
+    pub(crate) fn view(&self, fov_deg: f64, size: UVec2) -> View {
+        let fov = self.fov_deg.unwrap_or(fov_deg).to_radians();
+        View::look(self.eye, self.heading_deg.to_radians(), self.pitch_deg.to_radians(), fov, size)
+    }
+
+    fn new(numbers: [f64; 5], fov_deg: Option<f64>) -> Result<Self, String> {
+        let [x, y, z, heading_deg, pitch_deg] = numbers;
+        if let Some(number) = numbers.iter().find(|n| !n.is_finite() || n.abs() > 1e9) {
+            return Err(format!("{number} is out of range"));
+        }
+        if pitch_deg.abs() > 90.0 {
+            return Err(format!("the pitch is {pitch_deg}, must be -90 to 90 degrees"));
+        }
+        let fov_deg = fov_deg.map(check_fov).transpose()?;
+        Ok(Self { eye: DVec3::new(x, y, z), heading_deg, pitch_deg, fov_deg })
+    }
+}
+
+/// The viewpoints of a JSON file.
+pub(crate) fn read_path(path: &Path) -> Result<Vec<Viewpoint>, Exit> {
+    let bad = |problem: String| {
+        Exit::bad_input(anyhow::anyhow!(
+            "{}: {problem}; it must be a list of {{\"position\": [x, y, z], \"heading_deg\": …, \
+             \"pitch_deg\": …, \"fov_deg\": …}}",
+            path.display()
+        ))
+    };
+    let text = std::fs::read_to_string(path).map_err(|e| bad(e.to_string()))?;
+    let entries: Vec<Entry> = serde_json::from_str(&text).map_err(|e| bad(e.to_string()))?;
+    if entries.is_empty() {
+        return Err(bad("it holds no view".to_owned()));
+    }
+    let viewpoint = |(index, entry): (usize, Entry)| {
+        let [x, y, z] = entry.position;
+        Viewpoint::new([x, y, z, entry.heading_deg, entry.pitch_deg], entry.fov_deg)
+            .map_err(|problem| bad(format!("view {}: {problem}", index + 1)))
+    };
+    entries.into_iter().enumerate().map(viewpoint).collect()
+}
+
+/// The view of a photograph's own camera, at another size where one is given.
+pub(crate) fn view_like(camera: PosedCamera, size: Option<Size>) -> View {
+    let lens = size.map_or(camera.lens, |Size(size)| camera.lens.scaled_to(size));
+    View { camera: PosedCamera { lens, ..camera } }
+}
+
+/// A vertical field of view in degrees.
+pub(crate) fn parse_fov(text: &str) -> Result<f64, String> {
+    check_fov(text.parse().map_err(|_| format!("{text:?} is no number"))?)
+}
+
+fn check_fov(fov_deg: f64) -> Result<f64, String> {
+    if (1.0..=170.0).contains(&fov_deg) {
+        Ok(fov_deg)
+    } else {
+        Err(format!("the field of view is {fov_deg}, must be 1 to 170 degrees"))
+    }
+}
+
+impl FromStr for Viewpoint {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Vec<f64> = text
+            .split(',')
+            .map(|n| n.trim().parse().map_err(|_| format!("{n:?} is no number")))
+            .collect::<Result<_, _>>()?;
+        let numbers = <[f64; 5]>::try_from(numbers)
+            .map_err(|n| format!("{} numbers, must be x,y,z,heading,pitch", n.len()))?;
+        Self::new(numbers, None)
+    }
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || format!("{text:?} is not WIDTHxHEIGHT, as in 1024x512");
+        let (width, height) = text.split_once('x').ok_or_else(wrong)?;
+        let side = |side: &str| side.parse::<u32>().map_err(|_| wrong());
+        let size = UVec2::new(side(width)?, side(height)?);
+        let pixels = u64::from(size.x) * u64::from(size.y);
+        if pixels == 0 || pixels > MAX_PIXELS || size.max_element() > 16_384 {
+            return Err(format!(
+                "{text} pixels, must be at least 1x1, at most 16384 a side and {MAX_PIXELS} in all"
+            ));
+        }
+        Ok(Self(size))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_are_five_numbers_in_range() {
+        let viewpoint: Viewpoint = "651000.5, 6861000,-2.25,90,-10".parse().expect("a view");
+        assert_eq!(viewpoint.eye, DVec3::new(651_000.5, 6_861_000.0, -2.25));
+        assert_eq!((viewpoint.heading_deg, viewpoint.pitch_deg), (90.0, -10.0));
+        for wrong in ["", "1,2,3,4", "1,2,3,4,5,6", "1,2,3,4,x", "1,2,nan,4,5", "1,2,3,4,91"] {
+            assert!(wrong.parse::<Viewpoint>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn sizes_have_two_sides_within_limits() {
+        assert_eq!("1024x512".parse(), Ok(Size(UVec2::new(1024, 512))));
+        for wrong in ["", "1024", "0x5", "-1x5", "1024x512x3", "20000x10", "10000x10000"] {
+            assert!(wrong.parse::<Size>().is_err(), "{wrong}");
+        }
+        assert!(parse_fov("0").is_err() && parse_fov("60").is_ok() && parse_fov("nan").is_err());
+    }
+
+    #[test]
+    fn a_file_of_views_says_where_it_is_wrong() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("views.json");
+        let read = |text: &str| {
+            std::fs::write(&path, text).expect("writable");
+            read_path(&path).map_err(|exit| match exit {
+                Exit::BadInput(error) => error.to_string(),
+                other => panic!("{other:?}"),
+            })
+        };
+        let good = r#"{"position":[1,2,3],"heading_deg":4,"pitch_deg":5,"fov_deg":70}"#;
+        let views = read(&format!("[{good}]")).expect("good");
+        assert_eq!(views, [Viewpoint::new([1.0, 2.0, 3.0, 4.0, 5.0], Some(70.0)).expect("good")]);
+        let fault = |text: &str| read(text).expect_err("bad");
+        assert!(fault("[]").contains("no view"));
+        assert!(fault(r#"[{"position":[1,2,3],"heading":4}]"#).contains("heading"));
+        let steep = good.replace("\"pitch_deg\":5", "\"pitch_deg\":95");
+        assert!(fault(&format!("[{good},{steep}]")).contains("view 2"));
+    }
+}
