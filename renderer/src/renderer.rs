@@ -113,6 +113,7 @@ impl Renderer {
         let camera = Camera::new(&view.camera, &pinhole);
         let frustum = Frustum::new(&view.camera, &pinhole);
         let (gpu, settings) = (&self.gpu, &self.settings);
+        self.points.upload(gpu);
         if !self.targets.as_ref().is_some_and(|targets| {
             targets.gbuffer_size == pinhole.size && targets.picture_size == size
         }) {
@@ -135,7 +136,7 @@ impl Renderer {
         let pass = &self.mesh_pass;
         pass.draw_gbuffer(gpu, &mut encoder, &camera, &tiles, planes, surfaces, &targets.depth);
 
-        let points = self.points.draw_list(&frustum, eye, |_| true);
+        let points = self.points.view_list(&frustum, eye);
         let target = ViewTarget {
             depths: &targets.point_depths,
             indices: &targets.point_indices,

@@ -13,7 +13,7 @@ use crate::camera::gpu_data::Camera;
 use crate::mesh::{self, MeshPass, MeshStore};
 use crate::photographs::{Photograph, PhotographStore};
 use crate::points::PointStore;
-use crate::splat::SplatPass;
+use crate::splat::{self, SplatPass};
 
 #[cfg(test)]
 pub(crate) mod reference;
@@ -171,10 +171,11 @@ impl DepthMaps {
             let pending = std::mem::take(&mut slot.pending);
             let redraw = std::mem::take(&mut slot.points_are_stale);
             if redraw || !pending.is_empty() {
-                let list =
-                    sources.points.draw_list(&photograph.frustum, photograph.camera.centre, |id| {
-                        redraw || pending.contains(id)
-                    });
+                let (frustum, centre) = (&photograph.frustum, photograph.camera.centre);
+                let max_radius_m = splat::MAX_MAP_RADIUS_M;
+                let list = sources.points.map_list(frustum, centre, max_radius_m, |id| {
+                    redraw || pending.contains(id)
+                });
                 let depths = self.textures.points_layer(slot.layer, self.side);
                 if redraw {
                     sources.splat_pass.clear(gpu, encoder, depths.clone());

@@ -23,3 +23,9 @@ fn feather_weight(border: f32) -> f32 {
 fn edge_weight(visible: f32) -> f32 {
     return clamp(2.0 * visible - 1.0, 0.0, 1.0);
 }
+
+// By what the cameras of one rig are compared. They nearly share a centre, so that border
+// decides, unless the eye is so close that it is in one of them rather than in the others.
+fn rig_score(border: f32, eye_distance_2: f32) -> f32 {
+    return border / (eye_distance_2 + NEAREST_M * NEAREST_M);
+}

@@ -163,29 +163,46 @@ fn place_on(m: vec2<f32>) -> Place {
         let p = bitcast<vec3<f32>>(winner.xyz);
         let depth = dot(p, p) / dot(p, cell_ray);
         if place.kind == SHOWS_NOTHING || depth <= mesh_depth + place.delta {
-            place.kind = SHOWS_POINT;
-            place.depth = dot(p, p) / dot(p, ray);
-            place.normal = -normalize(p);
-            place.delta = -1.0;
-            place.code = winner.w;
+            place = point_place(p, winner.w, ray, place);
         }
     }
     place.position = ray * place.depth;
     return place;
 }
 
-// Sum of weighted linear colours, and of weights: of each rig the camera that sees the place
-// farthest from its border.
+// The point p where the mesh behind is `mesh`. A point within delta of the mesh is that surface,
+// better known: it has the mesh's orientation. Any other faces the eye.
+fn point_place(p: vec3<f32>, code: u32, ray: vec3<f32>, mesh: Place) -> Place {
+    var place: Place;
+    place.kind = SHOWS_POINT;
+    place.depth = dot(p, p) / dot(p, ray);
+    place.normal = -normalize(p);
+    place.delta = -1.0;
+    place.code = code;
+    if mesh.kind == SHOWS_MESH {
+        let off_plane = dot(mesh.normal, p - ray * mesh.depth);
+        let depth = dot(mesh.normal, p) / dot(mesh.normal, ray);
+        let near_disc = depth > 0.8 * place.depth && depth < 1.25 * place.depth;
+        if abs(off_plane) <= mesh.delta && near_disc {
+            place.depth = depth;
+            place.normal = mesh.normal;
+        }
+    }
+    return place;
+}
+
+// Sum of weighted linear colours, and of weights. Of each rig one camera has its say: the one
+// that sees the place farthest from its border, or the one the eye is in.
 fn blend(place: Place) -> vec4<f32> {
     var sum = vec4(0.0);
     var best = vec4(0.0);
-    var best_border = 0.0;
+    var best_score = 0.0;
     var rig = NONE;
     for (var i = 0u; i < frame.photograph_count; i++) {
         if photographs[i].rig != rig {
             sum += best;
             best = vec4(0.0);
-            best_border = 0.0;
+            best_score = 0.0;
             rig = photographs[i].rig;
         }
         let from_centre = place.position - photographs[i].centre;
@@ -203,7 +220,8 @@ fn blend(place: Place) -> vec4<f32> {
         let inside = min(raw.xy, photographs[i].lens.size - raw.xy);
         let border = min(inside.x, inside.y)
             / min(photographs[i].lens.size.x, photographs[i].lens.size.y);
-        if raw.z == 0.0 || !(border > best_border) {
+        let score = rig_score(border, photographs[i].eye_distance_2);
+        if raw.z == 0.0 || !(score > best_score) {
             continue;
         }
         let distance_2 = dot(from_centre, from_centre);
@@ -222,7 +240,7 @@ fn blend(place: Place) -> vec4<f32> {
         let weight = park_weight(cosine, distance_2, photographs[i].eye_distance_2)
             * feather_weight(border) * seen;
         best = vec4(texel.rgb * weight, weight);
-        best_border = border;
+        best_score = score;
     }
     return sum + best;
 }

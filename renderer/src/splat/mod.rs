@@ -22,9 +22,11 @@ pub(crate) const MIN_RADIUS_PX: f32 = 0.708;
 pub(crate) const MAX_RADIUS_PX: f32 = 24.0;
 /// Largest radius of a disc on a depth map, texels.
 pub(crate) const MAX_MAP_RADIUS_PX: f32 = 12.0;
+/// Largest radius of a disc on a depth map, metres.
+pub(crate) const MAX_MAP_RADIUS_M: f32 = 0.1;
 /// Discs on depth maps lie behind their point by this share of their radius: the surface they
-/// stand for may be inclined by up to atan 1.5 = 56° without hiding itself.
-pub(crate) const MAP_PUSH: f32 = 1.5;
+/// stand for may be inclined by up to atan 2.5 = 68° without hiding itself.
+pub(crate) const MAP_PUSH: f32 = 2.5;
 
 pub(crate) const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 

@@ -25,7 +25,8 @@ const BLOCK_POINTS: u32 = 256u;
 @group(0) @binding(1) var<storage, read> points: array<vec4<u32>>;
 // Block number in this page, and its chunk's place in `placements`.
 @group(0) @binding(2) var<storage, read> blocks: array<vec2<u32>>;
-// Chunk origin minus the camera's centre, taken in f64.
+// Chunk origin minus the camera's centre, taken in f64; then the radius of all its points in
+// metres, 0 where each has its own.
 @group(0) @binding(3) var<storage, read> placements: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read_write> depths: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> indices: array<atomic<u32>>;
@@ -41,7 +42,8 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         return;
     }
     let camera = job.camera;
-    let p = cam_from_world(camera, placements[block.y].xyz + bitcast<vec3<f32>>(point.xyz));
+    let placement = placements[block.y];
+    let p = cam_from_world(camera, placement.xyz + bitcast<vec3<f32>>(point.xyz));
     if !(p.z >= camera.near) {
         return;
     }
@@ -49,7 +51,7 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let off_axis = sqrt(1.0 + dot(m, m));
     let pixel_m = p.z / min(camera.focal.x, camera.focal.y);
     let radius = min(
-        max(radius_from_code(code), job.min_radius_px * pixel_m),
+        max(select(radius_from_code(code), placement.w, placement.w > 0.0), job.min_radius_px * pixel_m),
         job.max_radius_px * pixel_m / off_axis,
     );
     // Half the box around the disc's picture: first order in the plane, divided by the depth

@@ -1,0 +1,130 @@
+//! Buffers of points, handed out in blocks.
+
+use std::ops::Range;
+
+use super::BLOCK_POINTS;
+use super::record::{NO_POINT, Record};
+use crate::Gpu;
+
+/// Blocks of a page: 32 MiB.
+const PAGE_BLOCKS: u32 = 8192;
+/// Bytes of a block.
+pub(crate) const BLOCK_BYTES: u64 = (BLOCK_POINTS * size_of::<Record>()) as u64;
+
+/// A run of blocks in one page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Part {
+    pub(crate) page: usize,
+    pub(crate) blocks: Range<u32>,
+}
+
+/// Pages that fit the device's storage bindings.
+#[derive(Debug, Default)]
+pub(crate) struct Pages {
+    pages: Vec<Page>,
+}
+
+#[derive(Debug)]
+struct Page {
+    buffer: wgpu::Buffer,
+    /// Ascending, disjoint, not touching.
+    free: Vec<Range<u32>>,
+}
+
+impl Pages {
+    pub(crate) fn len(&self) -> usize {
+        self.pages.len()
+    }
+
+    pub(crate) fn buffer(&self, page: usize) -> &wgpu::Buffer {
+        &self.pages[page].buffer
+    }
+
+    /// Takes blocks from the pages' free ranges, lowest first, and adds pages as needed.
+    pub(crate) fn take(&mut self, gpu: &Gpu, mut blocks: u32) -> Vec<Part> {
+        let mut parts = Vec::new();
+        let mut page = 0;
+        while blocks > 0 {
+            if page == self.pages.len() {
+                self.pages.push(Page::new(gpu));
+            }
+            let free = &mut self.pages[page].free;
+            while blocks > 0
+                && let Some(range) = free.first_mut()
+            {
+                let taken = range.start..range.end.min(range.start + blocks);
+                blocks -= taken.end - taken.start;
+                range.start = taken.end;
+                if range.start == range.end {
+                    free.remove(0);
+                }
+                parts.push(Part { page, blocks: taken });
+            }
+            page += 1;
+        }
+        parts
+    }
+
+    pub(crate) fn give_back(&mut self, part: Part) {
+        release(&mut self.pages[part.page].free, part.blocks);
+    }
+
+    /// Writes `records` to the blocks of `parts`; what is left of the last block is emptied.
+    pub(crate) fn write(&self, gpu: &Gpu, parts: &[Part], records: &[Record]) {
+        let mut rest = records;
+        for Part { page, blocks } in parts {
+            let (part, after) = rest.split_at(rest.len().min(blocks.len() * BLOCK_POINTS));
+            let offset = u64::from(blocks.start) * BLOCK_BYTES;
+            let buffer = &self.pages[*page].buffer;
+            gpu.queue.write_buffer(buffer, offset, bytemuck::cast_slice(part));
+            let missing = blocks.len() * BLOCK_POINTS - part.len();
+            if missing > 0 {
+                let offset = offset + size_of_val(part) as u64;
+                let nothing = vec![NO_POINT; missing];
+                gpu.queue.write_buffer(buffer, offset, bytemuck::cast_slice(&nothing));
+            }
+            rest = after;
+        }
+    }
+}
+
+impl Page {
+    fn new(gpu: &Gpu) -> Self {
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("points"),
+            size: u64::from(PAGE_BLOCKS) * BLOCK_BYTES,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self { buffer, free: std::iter::once(0..PAGE_BLOCKS).collect() }
+    }
+}
+
+/// Puts `blocks` back among the free ranges, joined with its neighbours.
+fn release(free: &mut Vec<Range<u32>>, blocks: Range<u32>) {
+    let at = free.partition_point(|range| range.end < blocks.start);
+    let mut joined = blocks;
+    while let Some(next) = free.get(at)
+        && next.start <= joined.end
+    {
+        joined = joined.start.min(next.start)..joined.end.max(next.end);
+        free.remove(at);
+    }
+    free.insert(at, joined);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn released_ranges_join() {
+        let mut free = vec![0..2, 8..10];
+        release(&mut free, 4..6);
+        assert_eq!(free, [0..2, 4..6, 8..10]);
+        release(&mut free, 2..4);
+        assert_eq!(free, [0..6, 8..10]);
+        release(&mut free, 6..8);
+        assert_eq!(free, vec![0..10]);
+    }
+}
