@@ -21,6 +21,8 @@ mod error;
 mod frame;
 mod frustum;
 mod gpu;
+#[cfg(test)]
+mod kernel_tests;
 mod lens;
 mod mesh;
 mod photographs;
@@ -33,6 +35,8 @@ mod shade;
 mod shader_tests;
 mod splat;
 mod targets;
+#[cfg(test)]
+mod tolerances;
 
 pub use error::RenderError;
 pub use frame::{Frame, FrameStats, Surface};

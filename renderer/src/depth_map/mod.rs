@@ -173,9 +173,9 @@ impl DepthMaps {
             if redraw || !pending.is_empty() {
                 let (frustum, centre) = (&photograph.frustum, photograph.camera.centre);
                 let max_radius_m = splat::MAX_MAP_RADIUS_M;
-                let list = sources.points.map_list(frustum, centre, max_radius_m, |id| {
-                    redraw || pending.contains(id)
-                });
+                let list = sources
+                    .points
+                    .map_list(frustum, centre, max_radius_m, |id| redraw || pending.contains(id));
                 let depths = self.textures.points_layer(slot.layer, self.side);
                 if redraw {
                     sources.splat_pass.clear(gpu, encoder, depths.clone());

@@ -1,1 +1,120 @@
+//! The depth test on the device against its reference.
 
+use glam::DVec3;
+
+use super::reference::{Occluders, Place, depth_on_texel_ray, is_visible};
+use crate::kernel_tests::run;
+use crate::tolerances::{DEPTH_M, DEPTH_TEST_RELATIVE};
+
+const KERNEL: &str = "
+struct Query {
+    c: vec3<f32>,
+    delta: f32,
+    n: vec3<f32>,
+    texel_m: f32,
+    ray: vec3<f32>,
+    point: f32,
+    mesh: vec2<f32>,
+    padding: vec2<f32>,
+}
+
+@group(0) @binding(0) var<storage, read> queries: array<Query>;
+@group(0) @binding(1) var<storage, read_write> answers: array<vec2<f32>>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < arrayLength(&queries) {
+        let q = queries[id.x];
+        let z = depth_on_texel_ray(q.c, q.n, q.ray);
+        let visible = is_visible(z, q.texel_m, q.delta, Occluders(q.mesh, q.point));
+        answers[id.x] = vec2(z, select(0.0, 1.0, visible));
+    }
+}";
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+struct Query {
+    c: [f32; 3],
+    delta: f32,
+    n: [f32; 3],
+    texel_m: f32,
+    ray: [f32; 3],
+    point: f32,
+    mesh: [f32; 2],
+    padding: [f32; 2],
+}
+
+/// Places around occluders at their depth, with planes from facing to grazing and beyond.
+fn queries() -> Vec<Query> {
+    let mut queries = Vec::new();
+    for i in 0..4000u32 {
+        // Low-discrepancy sequences: every combination of offsets and angles occurs.
+        let sequence = |step: f64| ((f64::from(i) + 0.5) * step).fract() as f32;
+        let z = 2.0 + 60.0 * sequence(0.618_034);
+        let angle = 1.7 * sequence(0.754_878);
+        let m = [sequence(0.569_840) - 0.5, sequence(0.324_718) - 0.5];
+        let texel = 1.0 / 256.0;
+        let offset = |span: f32, step: f64| span * (2.0 * sequence(step) - 1.0);
+        queries.push(Query {
+            c: [m[0] * z, m[1] * z, z],
+            delta: if i % 2 == 0 { 0.5 * sequence(0.438_579) } else { -1.0 },
+            n: [angle.sin(), 0.0, -angle.cos()],
+            texel_m: z * texel,
+            ray: [m[0] + texel * offset(0.5, 0.271_2), m[1] + texel * offset(0.5, 0.913), 1.0],
+            point: if i % 5 == 0 { 1e30 } else { z + offset(1.0, 0.377_7) },
+            mesh: [if i % 7 == 0 { 1e30 } else { z + offset(1.0, 0.829) }, 0.4],
+            padding: [0.0; 2],
+        });
+    }
+    queries
+}
+
+fn wide(v: [f32; 3]) -> DVec3 {
+    glam::Vec3::from_array(v).as_dvec3()
+}
+
+#[test]
+fn device_and_reference_agree() {
+    let queries = queries();
+    let answers: Vec<[f32; 2]> = run(
+        &[super::WGSL, KERNEL].concat(),
+        &[bytemuck::cast_slice(&queries)],
+        queries.len(),
+        queries.len(),
+    );
+    let (mut seen, mut hidden) = (0, 0);
+    for (query, answer) in queries.iter().zip(answers) {
+        let z = depth_on_texel_ray(wide(query.c), wide(query.n), wide(query.ray));
+        assert!((z - f64::from(answer[0])).abs() < DEPTH_M, "{z} {answer:?} {query:?}");
+        let place = match query.delta {
+            delta if delta < 0.0 => Place::Point,
+            delta => Place::Mesh { uncertainty_m: f64::from(delta) },
+        };
+        let occluders = Occluders {
+            mesh_m: f64::from(query.mesh[0]),
+            mesh_uncertainty_m: f64::from(query.mesh[1]),
+            point_m: f64::from(query.point),
+        };
+        let visible =
+            |share: f64| is_visible(z * (1.0 + share), f64::from(query.texel_m), place, occluders);
+        if visible(-DEPTH_TEST_RELATIVE) == visible(DEPTH_TEST_RELATIVE) {
+            assert_eq!(answer[1] == 1.0, visible(0.0), "{query:?}");
+            if visible(0.0) { seen += 1 } else { hidden += 1 }
+        }
+    }
+    assert!(seen > 500 && hidden > 500, "{seen} {hidden}");
+}
+
+#[test]
+fn the_hybrid_rule_holds_in_depth_maps() {
+    let wall = |point_m| Occluders { mesh_m: 10.0, mesh_uncertainty_m: 0.5, point_m };
+    let mesh = Place::Mesh { uncertainty_m: 0.5 };
+    // A lidar point behind the wall's plane, within its uncertainty, is the wall.
+    assert!(is_visible(10.4, 0.01, Place::Point, wall(10.4)));
+    assert!(!is_visible(10.6, 0.01, Place::Point, wall(10.6)));
+    // The wall's mesh is seen although its points lie before it, but not behind a car.
+    assert!(is_visible(10.0, 0.01, mesh, wall(9.6)));
+    assert!(!is_visible(10.0, 0.01, mesh, wall(7.0)));
+    // Mesh behind mesh is hidden, however uncertain both are.
+    assert!(!is_visible(10.3, 0.01, mesh, wall(1e30)));
+}

@@ -1,1 +1,61 @@
+//! The weights on the device against their reference.
 
+use glam::DVec3;
+
+use super::reference::{edge_weight, feather_weight, park_weight};
+use crate::kernel_tests::run;
+use crate::tolerances::WEIGHT_RELATIVE;
+
+const KERNEL: &str = "
+@group(0) @binding(0) var<storage, read> queries: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read_write> weights: array<vec4<f32>>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < arrayLength(&queries) {
+        let q = queries[id.x];
+        weights[id.x] = vec4(park_weight(q.x, q.y, q.z), feather_weight(q.w), edge_weight(q.w), 0.0);
+    }
+}";
+
+#[test]
+fn device_and_reference_agree() {
+    let place = DVec3::new(3.0, 7.0, 1.0);
+    let n = DVec3::new(-0.6, -0.8, 0.0);
+    let mut cases = Vec::new();
+    for i in 0..500u32 {
+        let t = f64::from(i);
+        // All around the place, also behind its plane and at its own position.
+        let photograph = place + DVec3::new(t.sin(), t.cos(), 0.3 * (2.0 * t).sin()) * 0.04 * t;
+        // From the photograph's own centre outwards.
+        let eye = photograph + DVec3::new(1.0, -2.0, 0.5) * 0.001 * t * t;
+        cases.push((photograph, eye, t / 499.0));
+    }
+    // At the place itself there is no direction.
+    cases.retain(|(photograph, ..)| photograph.distance(place) > 1e-3);
+    let queries: Vec<[f32; 4]> = cases
+        .iter()
+        .map(|(photograph, eye, share)| {
+            let d = photograph - place;
+            let cosine = n.dot(d.normalize());
+            let eye_2 = (eye - photograph).length_squared();
+            [cosine, d.length_squared(), eye_2, *share].map(|x| x as f32)
+        })
+        .collect();
+    let found: Vec<[f32; 4]> = run(
+        &[super::BLEND_WGSL, KERNEL].concat(),
+        &[bytemuck::cast_slice(&queries)],
+        queries.len(),
+        queries.len(),
+    );
+    for ((photograph, eye, share), found) in cases.into_iter().zip(found) {
+        let expected =
+            [park_weight(n, place, photograph, eye), feather_weight(share), edge_weight(share)];
+        for (found, expected) in found.into_iter().zip(expected) {
+            let found = f64::from(found);
+            // Cosines near 0 carry the rounding of their own computation four times.
+            let allowed = WEIGHT_RELATIVE * expected + 1e-9;
+            assert!((found - expected).abs() <= allowed, "{found} for {expected} at {share}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Runs pieces of shaders on the device, for comparison with their references.
+
+use wgpu::util::DeviceExt as _;
+
+use crate::Gpu;
+
+/// The device that all tests of this crate share.
+pub(crate) fn gpu() -> &'static Gpu {
+    static GPU: std::sync::OnceLock<Gpu> = std::sync::OnceLock::new();
+    GPU.get_or_init(|| Gpu::new().expect("a graphics driver"))
+}
+
+/// Runs `main` of `source` for `count` invocations of a workgroup of 64, with `inputs` at
+/// bindings 0… and room for `outputs` values at the next; gives those.
+pub(crate) fn run<T: bytemuck::Pod>(
+    source: &str,
+    inputs: &[&[u8]],
+    count: usize,
+    outputs: usize,
+) -> Vec<T> {
+    let gpu = gpu();
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("kernel"),
+        source: wgpu::ShaderSource::Wgsl(source.into()),
+    });
+    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("kernel"),
+        layout: None,
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    let mut buffers: Vec<wgpu::Buffer> = inputs
+        .iter()
+        .map(|contents| {
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: None,
+                contents,
+                usage: wgpu::BufferUsages::STORAGE,
+            })
+        })
+        .collect();
+    buffers.push(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: (outputs * size_of::<T>()) as u64,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    }));
+    let entries: Vec<_> = buffers
+        .iter()
+        .zip(0..)
+        .map(|(buffer, binding)| wgpu::BindGroupEntry {
+            binding,
+            resource: buffer.as_entire_binding(),
+        })
+        .collect();
+    let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &entries,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &bind_group, &[]);
+        pass.dispatch_workgroups(count.div_ceil(64) as u32, 1, 1);
+    }
+    read(encoder, &buffers[inputs.len()])
+}
+
+/// Submits `encoder` and gives what `buffer` then holds.
+pub(crate) fn read<T: bytemuck::Pod>(
+    mut encoder: wgpu::CommandEncoder,
+    buffer: &wgpu::Buffer,
+) -> Vec<T> {
+    let gpu = gpu();
+    let readback = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    encoder.copy_buffer_to_buffer(buffer, 0, &readback, 0, None);
+    gpu.queue.submit([encoder.finish()]);
+    readback.map_async(wgpu::MapMode::Read, .., |result| result.expect("mapped"));
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("device works");
+    let bytes = readback.get_mapped_range(..).expect("mapped").to_vec();
+    bytemuck::pod_collect_to_vec(&bytes)
+}

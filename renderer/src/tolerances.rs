@@ -1,0 +1,44 @@
+//! Every error that a test allows the device, with its reason.
+//!
+//! The tests of whole frames, in `tests/`, include this file too.
+
+#![allow(dead_code, unreachable_pub, reason = "each crate that includes this uses its share")]
+
+/// A lens's pixel against f64, in pixels: f32 keeps 24 bits of coordinates up to 4000 pixels
+/// (2.4e-4), and the polynomial adds a few roundings.
+pub const LENS_PX: f64 = 2e-3;
+
+/// The same for a fisheye: the device's arc tangent is off by more than its rounding.
+pub const FISHEYE_PX: f64 = 1e-2;
+
+/// Depth on a triangle or a splat at about 50 m, in metres: positions relative to the eye
+/// are good to 4e-6 m, and a plane seen at 80° multiplies that by 6 for each of its terms.
+pub const DEPTH_M: f64 = 1e-3;
+
+/// How near to its border, as a share of its radius, a disc may cover a pixel on the device
+/// and not in f64, or the reverse: its radius is stored in steps that the reference shares,
+/// and what is left is rounding of positions.
+pub const DISC_BORDER: f64 = 1e-3;
+
+/// Weights, relative: powers and square roots of f32, which WGSL lets drift by some ulp.
+pub const WEIGHT_RELATIVE: f64 = 1e-5;
+
+/// A depth test is compared only where it is decided by more than this share of the depth.
+pub const DEPTH_TEST_RELATIVE: f64 = 1e-5;
+
+/// Colour of a resampled photograph against the painted truth, in 255ths, for 99.9 % of
+/// pixels away from edges: the photograph is bilinear between texels two pixels wide on
+/// waves of about a metre, and two bytes are rounded.
+pub const RESAMPLED_255: f64 = 6.0;
+
+/// Mean of the same.
+pub const RESAMPLED_MEAN_255: f64 = 1.0;
+
+/// Colour of a photograph seen from its own centre, mean in 255ths: the projection falls
+/// back on the texel's centre, where filtering, the sRGB curve and its inverse round once.
+pub const OWN_PHOTOGRAPH_MEAN_255: f64 = 0.5;
+
+/// Colour of the same scene at another place in the world, in 255ths, for 99.9 % of pixels:
+/// differences of f64 positions are rounded to f32 at other bits, so that colours may round
+/// to the next byte and edges may fall to the other side of a pixel centre.
+pub const FAR_AWAY_255: f64 = 1.0;
