@@ -3,64 +3,268 @@
 mod common;
 
 use common::*;
-use flaneur_renderer::Settings;
-use flaneur_scene::View;
-use glam::{DVec3, UVec2};
+use flaneur_renderer::{Settings, Surface};
+use flaneur_scene::{Distortion, Intrinsics, Lens, PosedCamera, SceneUpdate, View};
+use glam::{DVec2, DVec3, UVec2};
+use tolerances::{FAR_AWAY_255, OWN_PHOTOGRAPH_MEAN_255};
 
 const SIZE: UVec2 = UVec2::new(320, 240);
+const PHOTO: UVec2 = UVec2::new(640, 480);
 
-/// Photographs looking at the wall from two places, and all surfaces as mesh.
-fn updates(street: &Street) -> Vec<flaneur_scene::SceneUpdate> {
-    let everything: Vec<usize> = (0..=street.blocks.len()).collect();
-    let photo = UVec2::new(640, 480);
-    let at = |place: [f64; 3], heading| camera(street.origin, place, heading, 5.0, 70.0, photo);
+/// Where the street is looked at from: none of the photographs' places.
+fn view(origin: DVec3) -> View {
+    View { camera: camera(origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE) }
+}
+
+fn photo_camera(origin: DVec3, at: [f64; 3], heading: f64) -> PosedCamera {
+    camera(origin, at, heading, 5.0, 70.0, PHOTO)
+}
+
+/// Photographs looking at the wall from two places.
+fn photographs(street: &Street) -> Vec<SceneUpdate> {
+    let at = |place, heading| photo_camera(street.origin, place, heading);
     vec![
-        mesh_update(street.mesh(&everything, 0.0)),
         image_update(street.photograph("a/east", at([-1.0, -3.0, 2.0], 80.0))),
         image_update(street.photograph("b/east", at([-0.5, 4.0, 2.2], 100.0))),
     ]
 }
 
+/// All surfaces as mesh, and the photographs.
+fn meshed(street: &Street) -> Vec<SceneUpdate> {
+    let everything: Vec<usize> = (0..=street.blocks.len()).collect();
+    let mut updates = photographs(street);
+    updates.push(mesh_update(street.mesh(&everything, 0.0)));
+    updates
+}
+
 #[test]
 fn mesh_and_photographs_give_the_picture_of_another_place() {
     let street = Street::with_pole(DVec3::ZERO);
-    let mut renderer = renderer(Settings::default(), updates(&street));
-    let view = View { camera: camera(street.origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE) };
-    let frame = renderer.render(&view).expect("a frame");
-    assert_eq!(frame.stats.images_drawn, 2);
+    let view = view(street.origin);
+    let frame = renderer(Settings::default(), meshed(&street)).render(&view).expect("a frame");
+    keep(&frame, "mesh");
+    assert_eq!((frame.stats.images, frame.stats.images_drawn), (2, 2));
     let truth = street.picture(&view.camera);
-    let (mut checked, mut wrong, mut sum) = (0u32, 0u32, 0.0);
     for (i, seen) in truth.iter().enumerate() {
-        let interior = is_interior(&truth, SIZE, i, 2);
-        let Some((_, colour)) = seen else {
-            assert!(!interior || !frame.surfaces[i].is_geometry(), "sky at {i}");
-            continue;
+        if is_interior(&truth, SIZE, i, 1) {
+            assert_eq!(frame.surfaces[i].is_geometry(), seen.is_some(), "pixel {i}");
+        }
+    }
+    street.likeness(&frame, &view.camera, 2).assert_resampled(60_000);
+    let [geometry, coloured] = [Surface::is_geometry, Surface::is_coloured]
+        .map(|test| frame.surfaces.iter().filter(|surface| test(**surface)).count() as u64);
+    assert_eq!(frame.stats.geometry_pixels, geometry);
+    assert_eq!(frame.stats.coloured_pixels, coloured);
+    assert!(frame.stats.coverage() > 0.9 && frame.stats.coverage() < 1.0);
+    assert!(frame.rgba.iter().skip(3).step_by(4).all(|&alpha| alpha == 255));
+}
+
+/// The pole is known from points alone. Its picture must not be smeared on the wall behind.
+#[test]
+fn a_pole_of_points_hides_the_wall_and_is_not_smeared_on_it() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let view = view(street.origin);
+    let mesh = mesh_update(street.mesh(&[0, 2, 3], 0.0));
+    let mut updates = photographs(&street);
+    updates.push(mesh);
+    let without = renderer(Settings::default(), updates.clone()).render(&view).expect("a frame");
+    updates.push(points_update(street.points(&[1], 0.03)));
+    let with = renderer(Settings::default(), updates).render(&view).expect("a frame");
+    keep(&with, "pole");
+    // Points of the pole stand for its surface within the radius of a disc.
+    let likeness = street.likeness(&with, &view.camera, 4);
+    assert!(likeness.wrong < 0.004 && likeness.mean < 1.0, "{likeness:?}");
+    let smeared = street.likeness(&without, &view.camera, 4);
+    assert!(smeared.wrong > 0.03, "the test sees smearing: {smeared:?}");
+    let truth = street.picture(&view.camera);
+    for (i, seen) in truth.iter().enumerate() {
+        if seen.is_some_and(|(hit, _)| hit.object == 1) && is_interior(&truth, SIZE, i, 3) {
+            let point = [Surface::PointColoured, Surface::PointUncoloured];
+            assert!(point.contains(&with.surfaces[i]), "pole at {i}: {:?}", with.surfaces[i]);
+        }
+    }
+}
+
+/// The mesh puts the wall 0.3 m behind or before its true place, and knows that it may be off
+/// by 0.5 m: the points replace it. With δ = 0.1 m those behind it stay hidden.
+#[test]
+fn points_within_its_uncertainty_replace_the_wall() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let view = view(street.origin);
+    for (shift, uncertainty_m, replaced) in
+        [(0.3, 0.5, true), (-0.3, 0.5, true), (-0.3, 0.1, false)]
+    {
+        let mut wrong = street.clone();
+        wrong.blocks[0].min.x += shift;
+        let mut updates = photographs(&street);
+        updates.push(mesh_update(wrong.mesh(&[0], uncertainty_m)));
+        updates.push(points_update(street.points(&[0], 0.04)));
+        let frame = renderer(Settings::default(), updates).render(&view).expect("a frame");
+        keep(&frame, &format!("wall{shift}-{uncertainty_m}"));
+        let truth = street.picture(&view.camera);
+        let (mut points, mut wall) = (0, 0);
+        for (i, seen) in truth.iter().enumerate() {
+            if seen.is_some_and(|(hit, _)| hit.object == 0) && is_interior(&truth, SIZE, i, 3) {
+                wall += 1;
+                points += u32::from(matches!(
+                    frame.surfaces[i],
+                    Surface::PointColoured | Surface::PointUncoloured
+                ));
+            }
+        }
+        let share = f64::from(points) / f64::from(wall);
+        assert!(if replaced { share > 0.99 } else { share < 0.01 }, "{shift}: {share}");
+    }
+}
+
+/// A view with the lens of a photograph: straight walls bend as they do in photographs.
+#[test]
+fn a_distorted_view_shows_the_street_through_its_lens() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let intrinsics = Intrinsics { fx: 180.0, fy: 175.0, cx: 164.0, cy: 117.0 };
+    for distortion in [
+        Distortion::RadialPixels {
+            centre: DVec2::new(158.0, 123.0),
+            k: [-5e-6, 4e-11, -1e-16],
+            limit_px: 400.0,
+        },
+        Distortion::Brown { k: [0.2, 0.1, 0.0], p: [0.01, -0.008] },
+        Distortion::Fisheye { k: [-0.02, 0.004, 0.0, 0.0] },
+    ] {
+        let lens = Lens { size: SIZE, intrinsics, distortion };
+        let view = View { camera: with_lens(view(street.origin).camera, lens) };
+        let frame = renderer(Settings::default(), meshed(&street)).render(&view).expect("a frame");
+        keep(&frame, "distorted");
+        let truth = street.picture(&view.camera);
+        for (i, seen) in truth.iter().enumerate() {
+            if is_interior(&truth, SIZE, i, 2) {
+                assert_eq!(frame.surfaces[i].is_geometry(), seen.is_some(), "{distortion:?} {i}");
+            }
+        }
+        street.likeness(&frame, &view.camera, 3).assert_resampled(40_000);
+    }
+}
+
+#[test]
+fn far_from_the_origin_the_picture_is_the_same() {
+    let frame_at = |origin: DVec3| {
+        let street = Street::with_pole(origin);
+        let mut updates = meshed(&street);
+        updates.push(points_update(street.points(&[1], 0.05)));
+        renderer(Settings::default(), updates).render(&view(origin)).expect("a frame")
+    };
+    let here = frame_at(DVec3::ZERO);
+    for origin in [DVec3::new(651_000.0, 6_861_000.0, 40.0), DVec3::splat(1e8)] {
+        let there = frame_at(origin);
+        let different = here
+            .rgba
+            .chunks_exact(4)
+            .zip(there.rgba.chunks_exact(4))
+            .filter(|(a, b)| {
+                a.iter().zip(*b).any(|(a, b)| f64::from(a.abs_diff(*b)) > FAR_AWAY_255)
+            })
+            .count();
+        assert!(different * 1000 < here.surfaces.len(), "{origin}: {different} pixels");
+    }
+}
+
+/// With other photographs about, the one whose centre the eye is at is what is seen.
+#[test]
+fn from_its_own_centre_a_photograph_is_itself() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let own = photo_camera(street.origin, [-1.0, -3.0, 2.0], 80.0);
+    let photograph = street.photograph("a/east", own);
+    let brown = Distortion::Brown { k: [-0.1, 0.02, 0.0], p: [0.002, 0.001] };
+    let bent = with_lens(own, Lens { distortion: brown, ..own.lens });
+    for camera in [own, bent] {
+        let photograph =
+            if camera == own { photograph.clone() } else { street.photograph("a/east", camera) };
+        let mut updates = meshed(&street);
+        updates.push(image_update(photograph.clone()));
+        let frame =
+            renderer(Settings::default(), updates).render(&View { camera }).expect("a frame");
+        keep(&frame, "own");
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (i, surface) in frame.surfaces.iter().enumerate() {
+            if surface.is_geometry() {
+                let bytes = &photograph.rgba[4 * i..4 * i + 3];
+                let truth = DVec3::new(bytes[0].into(), bytes[1].into(), bytes[2].into()) / 255.0;
+                sum += difference(&frame.rgba, i, truth);
+                count += 1.0;
+            }
+        }
+        let mean: f64 = sum / count;
+        assert!(count > 200_000.0 && mean < OWN_PHOTOGRAPH_MEAN_255, "{mean} over {count}");
+    }
+}
+
+/// What the mask excludes may have any colour: the picture is the same.
+#[test]
+fn masked_pixels_are_never_used() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let frame = |paint: [u8; 4], size: UVec2| {
+        let masked = |id: &str, place, heading| {
+            let camera = photo_camera(street.origin, place, heading);
+            let mut image = street.photograph(id, camera);
+            // A board of 40 x 40 pixels.
+            for (i, pixel) in image.rgba.chunks_exact_mut(4).enumerate() {
+                if (i / 40 + i / 25_600).is_multiple_of(2) {
+                    pixel.copy_from_slice(&paint);
+                }
+            }
+            image_update(image)
         };
-        if interior {
-            assert!(frame.surfaces[i].is_geometry(), "no hole at {i}");
-        }
-        if interior && frame.surfaces[i].is_coloured() {
-            let off = difference(&frame.rgba, i, *colour);
-            checked += 1;
-            sum += off;
-            wrong += u32::from(off > 6.0);
+        let updates = vec![
+            mesh_update(street.mesh(&[0, 1, 2, 3], 0.0)),
+            masked("a/east", [-1.0, -3.0, 2.0], 80.0),
+            masked("b/east", [-0.5, 4.0, 2.2], 100.0),
+        ];
+        let camera = camera(street.origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, size);
+        renderer(Settings::default(), updates).render(&View { camera }).expect("a frame")
+    };
+    // The small view looks at coarser levels of detail.
+    for size in [SIZE, UVec2::new(80, 60)] {
+        let red = frame([255, 0, 0, 0], size);
+        let green = frame([0, 255, 0, 0], size);
+        keep(&red, "masked");
+        let coverage = red.stats.coverage();
+        assert!(coverage > 0.1 && coverage < 0.95, "{coverage}");
+        assert!(red.surfaces == green.surfaces);
+        // Filtering weighs texels in 256ths: what is less than that may still round a byte.
+        let off = red.rgba.iter().zip(&green.rgba).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(off <= Some(1), "{size}: {off:?}");
+    }
+}
+
+/// A lens that folds back on itself inside its own picture: what lies beyond is not coloured
+/// by the mirrored picture.
+#[test]
+fn a_folding_lens_colours_nothing_beyond_its_limit() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let pinhole = photo_camera(street.origin, [-1.0, -3.0, 2.0], 80.0);
+    let distortion = Distortion::Brown { k: [-1.2, 0.0, 0.0], p: [0.0; 2] };
+    let lens = Lens { distortion, ..pinhole.lens };
+    let camera = with_lens(pinhole, lens);
+    let limit = distortion.limit();
+    let updates = vec![
+        mesh_update(street.mesh(&[0, 1, 2, 3], 0.0)),
+        image_update(street.photograph("a/east", camera)),
+    ];
+    let view = view(street.origin);
+    let frame = renderer(Settings::default(), updates).render(&view).expect("a frame");
+    keep(&frame, "folding");
+    let truth = street.picture(&view.camera);
+    let (mut beyond, mut within) = (0, 0);
+    for (i, seen) in truth.iter().enumerate() {
+        let Some((hit, _)) = seen.filter(|_| is_interior(&truth, SIZE, i, 2)) else { continue };
+        let c = camera.cam_from_world(hit.position + street.origin);
+        let radius = (c.truncate() / c.z).length();
+        if c.z < 0.0 || radius > limit * 1.001 {
+            assert!(!frame.surfaces[i].is_coloured(), "pixel {i}, radius {radius} of {limit}");
+            beyond += 1;
+        } else {
+            within += u32::from(frame.surfaces[i].is_coloured());
         }
     }
-    if std::env::var_os("FLANEUR_TEST_IMAGES").is_some() {
-        image::save_buffer(
-            std::env::temp_dir().join("street.png"),
-            &frame.rgba,
-            SIZE.x,
-            SIZE.y,
-            image::ColorType::Rgba8,
-        )
-        .expect("png");
-    }
-    let (mean, share) = (sum / f64::from(checked), f64::from(wrong) / f64::from(checked));
-    println!(
-        "{checked} pixels, mean {mean:.3}, wrong {share:.5}, coverage {}",
-        frame.stats.coverage()
-    );
-    assert!(checked > 40_000, "{checked}");
-    assert!(mean < 1.0 && share < 0.001, "mean {mean}/255, {share} wrong");
+    assert!(beyond > 5000 && within > 5000, "{beyond} beyond, {within} within");
 }

@@ -104,8 +104,8 @@ fn depths_are_good_to_a_millimetre_at_fifty_metres() {
             let mut compared = 0;
             for (i, plane) in planes(&tile, &view.camera).into_iter().enumerate() {
                 let pixel = DVec3::new(
-                    (i as u32 % SIZE.x) as f64 + 0.5,
-                    (i as u32 / SIZE.x) as f64 + 0.5,
+                    f64::from(i as u32 % SIZE.x) + 0.5,
+                    f64::from(i as u32 / SIZE.x) + 0.5,
                     0.0,
                 );
                 let ray = view.camera.lens.unproject(pixel.truncate()).expect("a pinhole");

@@ -21,7 +21,7 @@ fn feather_weight(border: f32) -> f32 {
 
 // visible: share of the bilinear footprint in the depth map that sees the place.
 fn edge_weight(visible: f32) -> f32 {
-    return clamp(2.0 * visible - 1.0, 0.0, 1.0);
+    return max(2.0 * visible - 1.0, 0.01 * visible);
 }
 
 // By what the cameras of one rig are compared. They nearly share a centre, so that border

@@ -25,6 +25,8 @@ pub(crate) fn feather_weight(border: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
+/// Up to half of the footprint the photograph has next to no say: enough where no other sees
+/// the place, so that the line where two walls meet is not left without colour.
 pub(crate) fn edge_weight(visible: f64) -> f64 {
-    (2.0 * visible - 1.0).clamp(0.0, 1.0)
+    (2.0 * visible - 1.0).max(0.01 * visible)
 }

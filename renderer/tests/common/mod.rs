@@ -3,9 +3,12 @@
 
 #![allow(dead_code, unreachable_pub, reason = "each test file is a crate and uses its share")]
 
+#[path = "../../src/tolerances.rs"]
+pub mod tolerances;
+
 use std::sync::Arc;
 
-use flaneur_renderer::{Gpu, Renderer, Settings};
+use flaneur_renderer::{Frame, Gpu, Renderer, Settings};
 use flaneur_scene::{
     ImageId, ImageUpdate, Lens, MeshTile, MeshVertex, NodeKey, PointChunk, PointNodeId,
     PosedCamera, SceneUpdate, SurfaceClass, TileKey, TileLayer, View,
@@ -142,10 +145,12 @@ impl Street {
         for &object in objects {
             for (corners, normal) in self.faces(object) {
                 let first = tile.vertices.len() as u32;
-                let class = match normal.z {
-                    z if z == 0.0 => SurfaceClass::Wall,
-                    _ if object == self.blocks.len() => SurfaceClass::Ground,
-                    _ => SurfaceClass::Roof,
+                let class = if normal.z == 0.0 {
+                    SurfaceClass::Wall
+                } else if object == self.blocks.len() {
+                    SurfaceClass::Ground
+                } else {
+                    SurfaceClass::Roof
                 };
                 tile.vertices.extend(corners.map(|corner| MeshVertex {
                     position: corner.as_vec3().to_array(),
@@ -227,8 +232,9 @@ pub fn with_lens(camera: PosedCamera, lens: Lens) -> PosedCamera {
 
 /// A renderer that holds `updates`.
 pub fn renderer(settings: Settings, updates: Vec<SceneUpdate>) -> Renderer {
-    let gpu = Gpu::new().expect("a graphics driver");
-    let mut renderer = Renderer::with_settings(&gpu, settings);
+    static GPU: std::sync::OnceLock<Gpu> = std::sync::OnceLock::new();
+    let gpu = GPU.get_or_init(|| Gpu::new().expect("a graphics driver"));
+    let mut renderer = Renderer::with_settings(gpu, settings);
     for update in updates {
         renderer.apply(update).expect("a good update");
     }
@@ -276,6 +282,57 @@ pub fn is_interior(
 
 pub fn srgb_from_linear(c: f64) -> f64 {
     if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// How a frame's coloured pixels, away from edges, differ from what the street really looks
+/// like there.
+#[derive(Clone, Copy, Debug)]
+pub struct Likeness {
+    pub compared: u32,
+    /// Mean over pixels of the largest difference of a channel, 255ths.
+    pub mean: f64,
+    /// Share of pixels that differ by more than [`tolerances::RESAMPLED_255`].
+    pub wrong: f64,
+}
+
+impl Street {
+    /// Compares a frame with the truth. Pixels within `reach` of an edge are left out.
+    pub fn likeness(&self, frame: &Frame, camera: &PosedCamera, reach: i64) -> Likeness {
+        let truth = self.picture(camera);
+        let (mut compared, mut wrong, mut sum) = (0, 0, 0.0);
+        for (i, seen) in truth.iter().enumerate() {
+            let Some((_, colour)) = seen else { continue };
+            if frame.surfaces[i].is_coloured() && is_interior(&truth, frame.size, i, reach) {
+                let off = difference(&frame.rgba, i, *colour);
+                compared += 1;
+                sum += off;
+                wrong += u32::from(off > tolerances::RESAMPLED_255);
+            }
+        }
+        let n = f64::from(compared);
+        Likeness { compared, mean: sum / n, wrong: f64::from(wrong) / n }
+    }
+}
+
+impl Likeness {
+    /// Asserts that resampling alone explains the differences.
+    pub fn assert_resampled(self, compared: u32) {
+        assert!(
+            self.compared >= compared
+                && self.mean < tolerances::RESAMPLED_MEAN_255
+                && self.wrong < tolerances::RESAMPLED_WRONG_SHARE,
+            "{self:?}, at least {compared} pixels wanted"
+        );
+    }
+}
+
+/// Writes a frame to the folder named by FLANEUR_TEST_IMAGES, if any, for a person to look at.
+pub fn keep(frame: &Frame, name: &str) {
+    if let Some(folder) = std::env::var_os("FLANEUR_TEST_IMAGES") {
+        let path = std::path::Path::new(&folder).join(format!("{name}.png"));
+        let UVec2 { x, y } = frame.size;
+        image::save_buffer(path, &frame.rgba, x, y, image::ColorType::Rgba8).expect("written");
+    }
 }
 
 /// Largest difference of a pixel's channels from the truth, in 255ths.
