@@ -156,3 +156,6 @@ fn model_file(model: &Path, name: &str) -> Result<(PathBuf, bool), IngestError> 
         "let model name the folder of a COLMAP model",
     ))
 }
+
+#[cfg(test)]
+mod tests;

@@ -199,3 +199,6 @@ fn refuse_degrees(file: &Path, rows: &[Row]) -> Result<(), IngestError> {
         _ => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -126,6 +126,14 @@ impl Photograph {
             if decoder.dimensions() != Some((self.size.x as usize, self.size.y as usize)) {
                 return Err(self.changed());
             }
+            if has_separate_subsampled_scans(bytes) {
+                return Err(BadInput::error(
+                    &self.path,
+                    "",
+                    "it holds its subsampled colours in separate scans, which is not supported",
+                    "save it again as an ordinary or a progressive JPEG",
+                ));
+            }
             decoder.decode().map_err(|e| damaged(e.to_string()))?
         } else {
             let mut reader = ImageReader::with_format(Cursor::new(bytes), self.format);
@@ -158,6 +166,37 @@ fn strict() -> DecoderOptions {
         .jpeg_set_out_colorspace(ColorSpace::RGB)
 }
 
+/// Whether a sequential JPEG has subsampled components and does not interleave them. Such files
+/// are legal and rare, and zune-jpeg gives wrong colours for them, here and in every client.
+fn has_separate_subsampled_scans(jpeg: &[u8]) -> bool {
+    let mut rest = jpeg.get(2..).unwrap_or_default();
+    let mut is_subsampled = false;
+    let mut components = 0;
+    loop {
+        // Fill bytes may precede a marker.
+        while let [0xff, 0xff, ..] = rest {
+            rest = &rest[1..];
+        }
+        let [0xff, marker, high, low, body @ ..] = rest else { return false };
+        let length = usize::from(u16::from_be_bytes([*high, *low])).saturating_sub(2);
+        let Some((segment, after)) = body.split_at_checked(length) else { return false };
+        match marker {
+            0xc0 | 0xc1 => {
+                // Precision, height, width, and for each component identifier, sampling, table.
+                let samplings = segment.get(6..).unwrap_or_default().chunks_exact(3);
+                components = samplings.len();
+                is_subsampled = samplings.map(|c| c[1]).any(|sampling| sampling != 0x11);
+            }
+            0xda => {
+                let in_scan = segment.first().copied().map_or(0, usize::from);
+                return is_subsampled && in_scan < components;
+            }
+            _ => {}
+        }
+        rest = after;
+    }
+}
+
 /// Fills as much of `buffer` as the reader has.
 fn fill(reader: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize> {
     let mut filled = 0;
@@ -169,3 +208,6 @@ fn fill(reader: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize> {
     }
     Ok(filled)
 }
+
+#[cfg(test)]
+mod tests;

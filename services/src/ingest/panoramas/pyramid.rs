@@ -15,7 +15,7 @@ const QUALITY: u8 = 85;
 const ORIGINAL_QUALITY: u8 = 95;
 
 /// Changes whenever the same original would give other bytes: part of an image's version.
-pub(super) const ENCODER_VERSION: &str = "flaneur pyramid 1";
+pub(super) const ENCODER_VERSION: &str = "flaneur pyramid 2";
 
 /// An image in linear light, RGB.
 pub(super) struct LinearImage {
@@ -81,7 +81,8 @@ fn encode(size: UVec2, rgb: &[u8], quality: u8) -> Result<Vec<u8>, String> {
     let mut jpeg = Vec::new();
     let mut encoder = Encoder::new(&mut jpeg, quality);
     encoder.set_chroma_subsampling_method(ChromaSubsamplingMethod::Average);
-    encoder.set_optimized_huffman_tables(quality == QUALITY);
+    // Optimised tables would save 2 %, but this encoder then writes a scan for each colour,
+    // which zune-jpeg decodes wrongly where the colours are subsampled.
     encoder.encode(rgb, width, height, ColorType::Rgb).map_err(|e| e.to_string())?;
     Ok(jpeg)
 }

@@ -324,3 +324,6 @@ fn io(action: &'static str, path: &Path, source: std::io::Error) -> IngestError 
         remedy: "free some space, or give another work folder".into(),
     }
 }
+
+#[cfg(test)]
+mod tests;

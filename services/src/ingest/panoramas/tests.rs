@@ -8,6 +8,8 @@ use object_store::memory::InMemory;
 use object_store::path::Path as StorePath;
 use object_store::{ObjectStoreExt, PutPayload};
 
+pub(super) mod survey;
+
 use super::*;
 use crate::ingest::street::Street;
 use crate::layers::panoramas;
