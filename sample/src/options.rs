@@ -38,7 +38,7 @@ impl SampleOptions {
             length_m: 120.0 * scale,
             points: (1_500_000.0 * scale) as u64,
             exposures: (20.0 * scale).round() as u32,
-            image_px: 640,
+            image_px: 576,
             spheres: (6.0 * scale).round() as u32,
             sphere_px: 768,
             views: 10,

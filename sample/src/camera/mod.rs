@@ -14,17 +14,32 @@ pub(crate) use sphere::SpherePose;
 pub(crate) use survey::Survey;
 pub(crate) use viewpoint::{Viewpoint, choose_viewpoints};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::frame::StreetFrame;
 use crate::geometry::Ray;
 
-/// The ray in the street frame from a world position along a world direction.
-fn street_ray(centre_world: DVec3, direction_world: DVec3) -> Ray {
-    let frame = StreetFrame::PLACE;
-    Ray {
-        origin: frame.point_from_world(centre_world),
-        direction: (frame.world_from_street().transpose() * direction_world).normalize(),
+/// Where a camera is in the street frame, and how its directions turn into it: a line of
+/// sight is wanted for every pixel, so what does not depend on the pixel is kept.
+#[derive(Clone, Copy, Debug)]
+struct Station {
+    origin: DVec3,
+    street_from_cam: DMat3,
+}
+
+impl Station {
+    /// The station of a camera at a world position.
+    fn new(centre_world: DVec3, world_from_cam: DMat3) -> Self {
+        let frame = StreetFrame::PLACE;
+        Self {
+            origin: frame.point_from_world(centre_world),
+            street_from_cam: frame.world_from_street().transpose() * world_from_cam,
+        }
+    }
+
+    /// The line of sight along a direction of the camera frame, of any length.
+    fn ray(&self, direction_cam: DVec3) -> Ray {
+        Ray { origin: self.origin, direction: (self.street_from_cam * direction_cam).normalize() }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::look::{Shader, display};
 use crate::street::Class;
 
 /// Neighbours whose displayed colours differ by more than this are sampled again.
-const CONTRAST: f64 = 0.035;
+const CONTRAST: f64 = 0.07;
 const EXTRA_SAMPLES: u32 = 4;
 
 /// What a pixel looks along.

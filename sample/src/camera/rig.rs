@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::lens::Unprojector;
 use super::picture::Sighting;
-use super::{rounded, street_ray, vehicle};
+use super::{Station, rounded, vehicle};
 use crate::frame::StreetFrame;
 use crate::geometry::Ray;
 use crate::look::Light;
@@ -148,12 +148,12 @@ impl Camera {
     ) -> impl Fn(DVec2) -> Option<Sighting> + Sync + 'a {
         let camera = self.posed(pose, size);
         let inverse = Unprojector::new(camera.lens);
-        let world_from_cam = camera.cam_from_world.transpose();
+        let station = Station::new(camera.centre, camera.cam_from_world.transpose());
         let street_from_rig =
             StreetFrame::PLACE.world_from_street().transpose() * pose.world_from_rig();
         move |pixel| {
             let direction = inverse.direction(pixel)?;
-            let ray = street_ray(camera.centre, world_from_cam * direction);
+            let ray = station.ray(direction);
             let vehicle =
                 vehicle::vehicle(&self.ray_in_rig(direction), light, ray.origin, street_from_rig);
             Some(Sighting { ray, depth_per_metre: 1.0 / direction.length(), vehicle })

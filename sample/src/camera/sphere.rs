@@ -1,11 +1,11 @@
 //! Equirectangular panoramas, as from a camera on someone's shoulders.
 
 use flaneur_scene::world_from_rig;
-use glam::{DMat3, DVec2, DVec3, UVec2};
+use glam::{DVec2, DVec3, UVec2};
 
 use super::picture::Sighting;
 use super::rig::time_of_day;
-use super::{rounded, street_ray};
+use super::{Station, rounded};
 
 /// One spherical exposure, with the very numbers that the list holds.
 #[derive(Clone, Debug)]
@@ -59,15 +59,14 @@ impl SpherePose {
     /// [`flaneur_scene::CubeFace::equirectangular_from_rig`]. Depth is distance.
     pub(crate) fn sight(&self, size: UVec2) -> impl Fn(DVec2) -> Option<Sighting> + Sync {
         let [h, p, r] = [self.heading_deg, self.pitch_deg, self.roll_deg].map(f64::to_radians);
-        let rotation: DMat3 = world_from_rig(h, p, r);
-        let position = self.position;
+        let station = Station::new(self.position, world_from_rig(h, p, r));
         move |pixel| {
             let at = pixel / size.as_dvec2();
             let (sin_azimuth, cos_azimuth) = ((at.x - 0.5) * std::f64::consts::TAU).sin_cos();
             let (sin_elevation, cos_elevation) = ((0.5 - at.y) * std::f64::consts::PI).sin_cos();
             let direction =
                 DVec3::new(sin_azimuth * cos_elevation, cos_azimuth * cos_elevation, sin_elevation);
-            let ray = street_ray(position, rotation * direction);
+            let ray = station.ray(direction);
             Some(Sighting { ray, depth_per_metre: 1.0, vehicle: None })
         }
     }

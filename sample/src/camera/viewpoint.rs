@@ -6,7 +6,7 @@ use rand::RngExt;
 use serde_json::{Value, json};
 
 use super::picture::Sighting;
-use super::{Survey, rounded, street_ray};
+use super::{Station, Survey, rounded};
 use crate::frame::StreetFrame;
 use crate::geometry::Ray;
 use crate::street::{FACADE_M, Purpose, Street, random};
@@ -15,6 +15,8 @@ use crate::street::{FACADE_M, Purpose, Street, random};
 const DISTANCES_M: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
 /// Nothing may be nearer to the eye than this.
 const CLEARANCE_M: f64 = 0.6;
+/// Nor anything nearer than this in the middle of the view.
+const AHEAD_M: f64 = 4.5;
 const ATTEMPTS: u32 = 4000;
 
 /// A held-out view, with the very numbers that the list holds.
@@ -84,14 +86,20 @@ fn choose(
         let turn = side * rng.random_range(12.0..95.0);
         let back = if rng.random_bool(0.35) { 180.0 } else { 0.0 };
         let heading_deg: f64 = frame.heading().to_degrees() + turn + back;
-        return Some(Viewpoint {
+        let view = Viewpoint {
             position,
             heading_deg: rounded(heading_deg.rem_euclid(360.0), 3),
+            // From high up, down towards the street.
             pitch_deg: rounded(rng.random_range(-4.0..14.0) - 3.0 * above.max(3.0) + 9.0, 3),
             fov_deg: 60.0,
             size,
             nearest_m,
-        });
+        };
+        let ahead = view.sight()(0.5 * size.as_dvec2())?.ray;
+        if street.tree.is_blocked(&ahead, AHEAD_M) {
+            continue;
+        }
+        return Some(view);
     }
     None
 }
@@ -125,10 +133,10 @@ impl Viewpoint {
     /// The lines of sight.
     pub(crate) fn sight(&self) -> impl Fn(glam::DVec2) -> Option<Sighting> + Sync {
         let camera = self.view().camera;
-        let world_from_cam = camera.cam_from_world.transpose();
+        let station = Station::new(camera.centre, camera.cam_from_world.transpose());
         move |pixel| {
             let direction = camera.lens.unproject(pixel)?;
-            let ray = street_ray(camera.centre, world_from_cam * direction);
+            let ray = station.ray(direction);
             Some(Sighting { ray, depth_per_metre: 1.0 / direction.length(), vehicle: None })
         }
     }

@@ -1,7 +1,7 @@
 //! A bounding volume hierarchy with binned surface-area splits.
 
 use flaneur_scene::Bounds3;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3A};
 
 use super::{Hit, Primitive, Ray};
 
@@ -20,8 +20,8 @@ pub(crate) struct Bvh {
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    min: Vec3,
-    max: Vec3,
+    min: Vec3A,
+    max: Vec3A,
     /// First primitive of a leaf, or the second child (the first child follows its parent).
     first: u32,
     /// Primitives of a leaf, 0 for an inner node.
@@ -95,8 +95,8 @@ impl Bvh {
     /// `meet` gives the distance that still matters, or `None` to stop.
     fn visit(&self, ray: &Ray, limit: f64, mut meet: impl FnMut(u32, &Primitive) -> Option<f64>) {
         let Some(root) = self.nodes.first() else { return };
-        let origin = ray.origin.as_vec3();
-        let inverse = ray.direction.as_vec3().recip();
+        let origin = ray.origin.as_vec3a();
+        let inverse = ray.direction.as_vec3a().recip();
         let mut limit = limit as f32;
         let mut stack = [(0u32, 0f32); 64];
         let mut depth = 0;
@@ -140,7 +140,7 @@ impl Bvh {
 }
 
 impl Node {
-    fn enter(&self, origin: Vec3, inverse: Vec3, limit: f32) -> Option<f32> {
+    fn enter(&self, origin: Vec3A, inverse: Vec3A, limit: f32) -> Option<f32> {
         let a = (self.min - origin) * inverse;
         let b = (self.max - origin) * inverse;
         let enter = a.min(b).max_element().max(0.0);
@@ -155,8 +155,8 @@ fn build(nodes: &mut Vec<Node>, items: &mut [Item], offset: usize) -> u32 {
     let bounds = items.iter().fold(Bounds3::EMPTY, |all, item| all.union(&item.bounds));
     let as_u32 = |n: usize| u32::try_from(n).expect("fewer than 2^32 primitives");
     nodes.push(Node {
-        min: (bounds.min - PADDING_M).as_vec3(),
-        max: (bounds.max + PADDING_M).as_vec3(),
+        min: (bounds.min - PADDING_M).as_vec3a(),
+        max: (bounds.max + PADDING_M).as_vec3a(),
         first: as_u32(offset),
         count: as_u32(items.len()),
     });

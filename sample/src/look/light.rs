@@ -17,7 +17,7 @@ use crate::street::{FACADE_M, Street};
 const SPACING: DVec3 = DVec3::new(1.6, 1.0, 1.3);
 const RAYS: u32 = 64;
 /// Shade where the grid knows nothing: inside solids and behind the houses.
-const ELSEWHERE: DVec3 = DVec3::new(0.16, 0.18, 0.21);
+const ELSEWHERE: DVec3 = DVec3::new(0.21, 0.215, 0.225);
 
 /// The grid.
 #[derive(Debug)]

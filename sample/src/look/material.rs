@@ -150,7 +150,7 @@ impl Material {
                 Appearance { translucency: 0.55, ..Appearance::matt(albedo).coated(0.008) }
             }
             Self::CarPaint { colour } => Appearance::matt(colour).coated(0.05),
-            Self::CarGlass => Appearance::matt(DVec3::splat(0.012)).coated(0.07),
+            Self::CarGlass => Appearance::matt(DVec3::splat(0.03)).coated(0.07),
             Self::Rubber => Appearance::matt(DVec3::splat(0.022)),
         }
     }

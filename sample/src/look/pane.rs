@@ -42,7 +42,8 @@ pub(crate) fn display(spot: &Spot, size: DVec2, seed: u32) -> Appearance {
     let albedo = match () {
         () if within && goods => {
             let tone = DVec3::new(random(4), random(5), random(6));
-            tone * tone * 0.55 * (1.0 - 0.45 * (across / width).powi(2)) + 0.02
+            let muted = tone.lerp(DVec3::splat(random(7)), 0.55) * DVec3::new(1.0, 0.93, 0.82);
+            muted * muted * 0.6 * (1.0 - 0.45 * (across / width).powi(2)) + 0.02
         }
         () if within && board => DVec3::new(0.20, 0.16, 0.12),
         () => behind,

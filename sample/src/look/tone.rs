@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// Radiance times this is what the curve takes.
-const EXPOSURE: f64 = 1.15;
+const EXPOSURE: f64 = 1.55;
 
 /// sRGB values in 0..1 of a linear radiance: a soft shoulder, then the sRGB transfer
 /// function.

@@ -11,7 +11,7 @@ pub(crate) fn plaster(p: DVec2, colour: DVec3, f: f64, seed: u32) -> Appearance 
     let streaks = fractal(p * DVec2::new(4.0, 0.35), 1.3, 4, f, seed ^ 3);
     let grain = fractal(p, 0.035, 3, f, seed ^ 5);
     let shade = 1.0 + 0.20 * blotches + 0.14 * streaks + 0.16 * grain;
-    Appearance { tilt: relief(p, 0.05, 0.10, f, seed), ..Appearance::matt(colour * shade) }
+    Appearance { tilt: relief(p, 0.045, 0.055, f, seed), ..Appearance::matt(colour * shade) }
 }
 
 /// Bricks of 22 × 6.5 cm with 1 cm joints, each fired a little differently.
