@@ -1,8 +1,11 @@
 //! From a chunk's bytes to its records, as the file stores them.
 
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::Once;
+use std::thread;
 
 use laz::las::selective::DecompressionSelection;
 use laz::laszip::LazItemType;
@@ -111,7 +114,7 @@ impl Decoder<'_> {
         done: u64,
         step: impl FnOnce() -> Result<(), LasZipError>,
     ) -> Result<(), IngestError> {
-        let problem = match catch_unwind(AssertUnwindSafe(step)) {
+        let problem = match quiet_catch_unwind(step) {
             Ok(Ok(())) => return Ok(()),
             Ok(Err(LasZipError::IoError(e))) if e.kind() == io::ErrorKind::UnexpectedEof => {
                 "the compressed points end too early".into()
@@ -159,4 +162,26 @@ fn layer_count(item: LazItemType) -> usize {
 
 fn point(chunk: &Chunk, done: u64) -> String {
     format!("point {}", chunk.first_point + done)
+}
+
+/// Catches a panic without the message that it would leave on standard error: the decoder's
+/// assertions are how it notices damage, and the user gets our one line instead. Other
+/// threads, and other panics of this one, are reported as before.
+fn quiet_catch_unwind<T>(step: impl FnOnce() -> T) -> thread::Result<T> {
+    thread_local! {
+        static QUIET: Cell<bool> = const { Cell::new(false) };
+    }
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let hook = take_hook();
+        set_hook(Box::new(move |panic| {
+            if !QUIET.get() {
+                hook(panic);
+            }
+        }));
+    });
+    QUIET.set(true);
+    let result = catch_unwind(AssertUnwindSafe(step));
+    QUIET.set(false);
+    result
 }

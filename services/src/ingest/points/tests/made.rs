@@ -66,7 +66,8 @@ impl MadeFile {
                 record[4 * axis..][..4].copy_from_slice(&value.to_le_bytes());
             }
             // A GPS time that is a number: the reader used for comparison compares numbers.
-            let time = (random.next() >> 11) as f64 * 1e-6;
+            // Adjusted times are negative before September 2011.
+            let time = (random.next() >> 11) as f64 * 1e-6 - 1e9;
             match self.format {
                 1 | 3..=5 => record[20..28].copy_from_slice(&time.to_le_bytes()),
                 6.. => record[22..30].copy_from_slice(&time.to_le_bytes()),
