@@ -80,3 +80,6 @@ fn object(scene: &Scene, file: &FileEntry) -> Result<(Arc<dyn ObjectStore>, Path
 fn version_of(scene: &Scene, file: &FileEntry) -> Version {
     (scene.folder.name().to_owned(), file.path.clone(), file.blake3.clone())
 }
+
+#[cfg(test)]
+mod tests;

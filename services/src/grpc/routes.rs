@@ -9,6 +9,7 @@ use tonic::server::NamedService;
 use tonic::service::Routes;
 use tonic_health::ServingStatus;
 use tonic_health::server::HealthReporter;
+use tonic_web::GrpcWebLayer;
 
 use v1::footprint_service_server::FootprintServiceServer;
 use v1::ground_service_server::GroundServiceServer;
@@ -88,6 +89,8 @@ impl Answers {
         let router = grpc
             .into_axum_router()
             .layer(middleware::from_fn_with_state(calls, call::around))
+            // Refuses HTTP/1 that is not gRPC-Web, so the pages stay outside of it.
+            .layer(GrpcWebLayer::new())
             .merge(pages(&metrics));
         let answers = Self { routes: Routes::from(router).prepare(), metrics, health };
         answers.set_health(ServingStatus::Serving).await;

@@ -8,7 +8,6 @@ use http::header::HeaderName;
 use tokio::net::TcpListener;
 use tonic::transport::server::TcpIncoming;
 use tonic_health::ServingStatus;
-use tonic_web::GrpcWebLayer;
 use tower_http::cors::{Any, CorsLayer};
 
 use super::routes::{Answers, Limits};
@@ -83,8 +82,7 @@ impl Server {
             .http2_keepalive_timeout(Some(KEEPALIVE.1))
             .initial_stream_window_size(WINDOW.0)
             .initial_connection_window_size(WINDOW.1)
-            .layer(cors())
-            .layer(GrpcWebLayer::new());
+            .layer(cors());
         let wait = |mut stopped: tokio::sync::watch::Receiver<bool>| async move {
             // The sender lives as long as this function; an error is a stop as well.
             let _ = stopped.wait_for(|stopped| *stopped).await;

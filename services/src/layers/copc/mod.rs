@@ -10,3 +10,6 @@ pub use read::{CopcError, CopcFile, Page, PageAddress, PageEntry, PageItem};
 pub use vlr::{Evlr, Vlr};
 pub(crate) use write::base_record_length;
 pub use write::{CopcHeader, CopcSummary, CopcWriter, NodeCompressor, compress_node};
+
+#[cfg(test)]
+pub(crate) use read::tests::{deep_tree, write_copc};

@@ -269,4 +269,4 @@ fn long<const N: usize>(record: &[u8; N], start: usize) -> u64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -1,0 +1,7 @@
+//! The services over a street that the layers' own writers wrote.
+
+mod answers;
+mod errors;
+mod network;
+mod streams;
+mod street;
