@@ -31,7 +31,7 @@ pub(super) fn read(job: &Job, path: &Path) -> Result<Vec<DVec3>, IngestError> {
         .deserialize_seq(List { most })
         .and_then(|samples| source.end().map(|()| samples))
         .map_err(|error| BadInput::error(path, "", error.to_string(), REMEDY))?;
-    let far = |sample: &DVec3| !(sample.abs().max_element() <= FARTHEST_M);
+    let far = |sample: &DVec3| !sample.abs().cmple(DVec3::splat(FARTHEST_M)).all();
     if let Some(index) = samples.iter().position(far) {
         let problem = format!("{} is out of range", samples[index]);
         return Err(BadInput::error(path, format!("height {index}"), problem, REMEDY));
