@@ -130,6 +130,26 @@ impl Builder {
                 Place::facing(DVec3::new(x, y - END_REACH_M, 0.0), out)
             });
         }
+        self.crossings();
+    }
+
+    /// What is seen down the crossings: their other sides, behind the block's corners, and
+    /// the houses that close them.
+    fn crossings(&mut self) {
+        let corner = FACADE_M + DEPTH_M + 0.5;
+        let ends = [(0.0, DVec3::NEG_X), (self.length_m, DVec3::X)];
+        for (index, (x, out)) in ends.into_iter().enumerate() {
+            for (side, row) in [(1.0, 4 + 2 * index as u64), (-1.0, 5 + 2 * index as u64)] {
+                self.row(row, END_REACH_M - corner, |t| {
+                    Place::facing(DVec3::new(x, side * (corner + t), 0.0), out)
+                });
+                let from = if out.x < 0.0 { x - END_M } else { x };
+                self.row(row + 4, END_M, |t| {
+                    let foot = DVec3::new(from + t, side * END_REACH_M, 0.0);
+                    Place::facing(foot, DVec3::NEG_Y * side)
+                });
+            }
+        }
     }
 
     /// A row of buildings of this length; `place` gives the facade at a distance along it.
