@@ -11,7 +11,7 @@ use crate::mesh::{MeshPass, MeshStore};
 use crate::photographs::{PhotographStore, camera_fault};
 use crate::pinhole::Pinhole;
 use crate::points::PointStore;
-use crate::shade::{self, GBuffer, ShadePass};
+use crate::shade::{self, GBuffer, ShadePass, tiles};
 use crate::splat::{SplatPass, ViewTarget};
 use crate::targets::Targets;
 use crate::{Gpu, RenderError, Settings, lens};
@@ -131,10 +131,18 @@ impl Renderer {
         };
         self.maps.prepare(gpu, &mut encoder, &sources, &selected);
 
-        let tiles = self.mesh.draw_list(gpu, &frustum, eye);
+        let drawn_mesh = self.mesh.draw_list(gpu, &frustum, eye);
         let (planes, surfaces) = (&targets.planes, &targets.surfaces);
         let pass = &self.mesh_pass;
-        pass.draw_gbuffer(gpu, &mut encoder, &camera, &tiles, planes, surfaces, &targets.depth);
+        pass.draw_gbuffer(
+            gpu,
+            &mut encoder,
+            &camera,
+            &drawn_mesh,
+            planes,
+            surfaces,
+            &targets.depth,
+        );
 
         let points = self.points.view_list(&frustum, eye);
         let target = ViewTarget {
@@ -145,6 +153,7 @@ impl Renderer {
         self.splat_pass.draw_view(gpu, &mut encoder, &self.points, &points, &camera, target);
 
         let mut photographs: Vec<shade::gpu_data::Photograph> = Vec::new();
+        let mut seen = Vec::new();
         let mut rig = (0, "");
         for (id, photograph) in &selected {
             if rig.1 != id.panorama() {
@@ -152,11 +161,13 @@ impl Renderer {
             }
             if let Some(layer) = self.maps.layer(id) {
                 photographs.push(shade::gpu_data::Photograph::new(photograph, eye, rig.0, layer));
+                seen.push(*photograph);
             }
         }
         let picture_lens = lens::gpu_data::Lens::new(&view.camera.lens);
         let distorted = picture_lens.model != 0;
         let grid = if distorted { lens::undistortion_grid(&view.camera.lens) } else { Vec::new() };
+        let tiles = tiles::lists(view, &grid, &seen);
         let frame = shade::gpu_data::Frame {
             camera,
             lens: picture_lens,
@@ -165,7 +176,7 @@ impl Renderer {
             grid_columns: lens::grid_size(size).x,
             grid_step: lens::GRID_STEP as f32,
             map_side: self.maps.side(),
-            padding: 0,
+            tile_columns: tiles::columns(size),
         };
         let gbuffer = GBuffer {
             planes,
@@ -180,6 +191,7 @@ impl Renderer {
             &frame,
             gbuffer,
             &photographs,
+            &tiles,
             &grid,
             maps,
             atlas,
@@ -190,7 +202,7 @@ impl Renderer {
 
         let stats = FrameStats {
             triangles: self.mesh.triangle_count(),
-            triangles_drawn: tiles.triangle_count(),
+            triangles_drawn: drawn_mesh.triangle_count(),
             points: self.points.point_count(),
             points_drawn: points.points,
             points_refused: self.points.refused,

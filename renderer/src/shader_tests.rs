@@ -79,7 +79,16 @@ fn mirrors_have_the_layout_of_their_shaders() {
         shade::wgsl(),
         "Frame",
         shade::gpu_data::Frame,
-        [camera, lens, background, photograph_count, grid_columns, grid_step, map_side, padding]
+        [
+            camera,
+            lens,
+            background,
+            photograph_count,
+            grid_columns,
+            grid_step,
+            map_side,
+            tile_columns
+        ]
     );
     assert_mirrors!(
         shade::wgsl(),

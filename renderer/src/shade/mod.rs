@@ -1,5 +1,7 @@
 //! Deferred multi-texture blending: the last pass of a frame.
 
+use std::sync::OnceLock;
+
 use wgpu::util::DeviceExt as _;
 
 use crate::depth_map::DepthMaps;
@@ -10,6 +12,7 @@ use crate::{Gpu, camera, depth_map, lens};
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
+pub(crate) mod tiles;
 
 /// The weights, to be put before the shader that uses them.
 pub(crate) const BLEND_WGSL: &str = include_str!("blend.wgsl");
@@ -34,7 +37,7 @@ pub(crate) mod gpu_data {
         pub(crate) grid_columns: u32,
         pub(crate) grid_step: f32,
         pub(crate) map_side: u32,
-        pub(crate) padding: u32,
+        pub(crate) tile_columns: u32,
     }
 
     /// Mirrors `Photograph` in shade.wgsl.
@@ -70,10 +73,12 @@ pub(crate) struct GBuffer<'a> {
     pub(crate) indices: &'a wgpu::Buffer,
 }
 
-/// The pipeline of this pass.
+/// The pipelines of this pass.
 #[derive(Debug)]
 pub(crate) struct ShadePass {
-    pipeline: wgpu::ComputePipeline,
+    module: wgpu::ShaderModule,
+    /// One for each set of atlases in use, made when first needed: bit i stands for atlas i.
+    pipelines: [OnceLock<wgpu::ComputePipeline>; 1 << atlas::SIDES.len()],
     filtering: wgpu::Sampler,
 }
 
@@ -117,14 +122,6 @@ impl ShadePass {
             label: Some("shade"),
             source: wgpu::ShaderSource::Wgsl(wgsl().into()),
         });
-        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("shade"),
-            layout: None,
-            module: &module,
-            entry_point: None,
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
         let filtering = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("photographs"),
             mag_filter: wgpu::FilterMode::Linear,
@@ -132,7 +129,30 @@ impl ShadePass {
             mipmap_filter: wgpu::MipmapFilterMode::Linear,
             ..Default::default()
         });
-        Self { pipeline, filtering }
+        Self { module, pipelines: std::array::from_fn(|_| OnceLock::new()), filtering }
+    }
+
+    fn pipeline(&self, gpu: &Gpu, photographs: &[gpu_data::Photograph]) -> &wgpu::ComputePipeline {
+        let used = photographs.iter().fold(0, |set, photograph| set | 1 << photograph.atlas);
+        self.pipelines[used].get_or_init(|| {
+            let constants = ["uses_atlas_0", "uses_atlas_1", "uses_atlas_2", "uses_atlas_3"];
+            let constants: Vec<(&str, f64)> = constants
+                .into_iter()
+                .enumerate()
+                .map(|(atlas, name)| (name, f64::from(u8::from(used >> atlas & 1 == 1))))
+                .collect();
+            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("shade"),
+                layout: None,
+                module: &self.module,
+                entry_point: None,
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &constants,
+                    ..Default::default()
+                },
+                cache: None,
+            })
+        })
     }
 
     /// Writes the picture: a word a pixel, sRGB and the surface's code.
@@ -144,6 +164,7 @@ impl ShadePass {
         frame: &gpu_data::Frame,
         gbuffer: GBuffer<'_>,
         photographs: &[gpu_data::Photograph],
+        tiles: &[u32],
         grid: &[[f32; 2]],
         maps: &DepthMaps,
         atlas: &Atlas,
@@ -156,6 +177,7 @@ impl ShadePass {
                 usage,
             })
         };
+        let pipeline = self.pipeline(gpu, photographs);
         let uniform = buffer(bytemuck::bytes_of(frame), wgpu::BufferUsages::UNIFORM);
         // Bindings cannot be empty.
         let nobody = [gpu_data::Photograph::default()];
@@ -163,6 +185,7 @@ impl ShadePass {
         let photographs = buffer(bytemuck::cast_slice(photographs), wgpu::BufferUsages::STORAGE);
         let grid = if grid.is_empty() { &[[0.0; 2]] } else { grid };
         let grid = buffer(bytemuck::cast_slice(grid), wgpu::BufferUsages::STORAGE);
+        let tiles = buffer(bytemuck::cast_slice(tiles), wgpu::BufferUsages::STORAGE);
         let map_mesh = maps.mesh_view();
         let atlases = atlas.views();
         let mut entries: Vec<wgpu::BindGroupEntry<'_>> = [
@@ -186,13 +209,14 @@ impl ShadePass {
             binding,
             resource: wgpu::BindingResource::TextureView(view),
         }));
+        entries.push(wgpu::BindGroupEntry { binding: 15, resource: tiles.as_entire_binding() });
         let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("shade"),
-            layout: &self.pipeline.get_bind_group_layout(0),
+            layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&self.pipeline);
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &bind_group, &[]);
         let groups = frame.lens.size.map(|side| (side as u32).div_ceil(8));
         pass.dispatch_workgroups(groups[0], groups[1], 1);

@@ -14,7 +14,7 @@ struct Frame {
     grid_columns: u32,
     grid_step: f32,
     map_side: u32,
-    padding: u32,
+    tile_columns: u32,
 }
 
 // Mirrors `gpu_data::Photograph` in shade/mod.rs.
@@ -53,6 +53,15 @@ struct Place {
     code: u32,
 }
 
+// Which atlases hold a photograph of this frame: code for the others is left out, because
+// software devices run every branch.
+override uses_atlas_0: bool = true;
+override uses_atlas_1: bool = true;
+override uses_atlas_2: bool = true;
+override uses_atlas_3: bool = true;
+
+// Pixels a side of a tile, see shade/tiles.rs.
+const TILE: u32 = 64u;
 const SHOWS_NOTHING: u32 = 0u;
 const SHOWS_MESH: u32 = 1u;
 const SHOWS_POINT: u32 = 3u;
@@ -77,6 +86,10 @@ const OPAQUE: f32 = 0.999;
 @group(0) @binding(13) var atlas_2: texture_2d_array<f32>;
 @group(0) @binding(14) var atlas_3: texture_2d_array<f32>;
 
+// For each tile a row of photograph_count + 1 words: how many photographs can see something of
+// it, and which.
+@group(0) @binding(15) var<storage, read> tiles: array<u32>;
+
 @compute @workgroup_size(8, 8)
 fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     let size = vec2<u32>(frame.lens.size);
@@ -90,7 +103,8 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if m.z > 0.0 {
         let place = place_on(m.xy);
         if place.kind != SHOWS_NOTHING {
-            let blended = blend(place);
+            let tile = id.y / TILE * frame.tile_columns + id.x / TILE;
+            let blended = blend(place, tile * (frame.photograph_count + 1u));
             if blended.w > 0.0 {
                 colour = srgb_from_linear(blended.rgb / blended.w);
                 surface = place.kind + 1u;
@@ -193,12 +207,14 @@ fn point_place(p: vec3<f32>, code: u32, ray: vec3<f32>, mesh: Place) -> Place {
 
 // Sum of weighted linear colours, and of weights. Of each rig one camera has its say: the one
 // that sees the place farthest from its border, or the one the eye is in.
-fn blend(place: Place) -> vec4<f32> {
+fn blend(place: Place, tile: u32) -> vec4<f32> {
     var sum = vec4(0.0);
     var best = vec4(0.0);
     var best_score = 0.0;
     var rig = NONE;
-    for (var i = 0u; i < frame.photograph_count; i++) {
+    let end = tile + tiles[tile];
+    for (var entry = tile + 1u; entry <= end; entry++) {
+        let i = tiles[entry];
         if photographs[i].rig != rig {
             sum += best;
             best = vec4(0.0);
@@ -296,12 +312,21 @@ fn look_up(i: u32, pixel: vec2<f32>, lod: f32) -> vec4<f32> {
     let inside = clamp(pixel, inset, max(size - inset, inset));
     let uv = (photographs[i].corner + inside) * photographs[i].texel;
     let layer = photographs[i].layer;
-    switch photographs[i].atlas {
-        case 0u: { return textureSampleLevel(atlas_0, filtering, uv, layer, lod); }
-        case 1u: { return textureSampleLevel(atlas_1, filtering, uv, layer, lod); }
-        case 2u: { return textureSampleLevel(atlas_2, filtering, uv, layer, lod); }
-        default: { return textureSampleLevel(atlas_3, filtering, uv, layer, lod); }
+    let atlas = photographs[i].atlas;
+    var texel = vec4(0.0);
+    if uses_atlas_0 && atlas == 0u {
+        texel = textureSampleLevel(atlas_0, filtering, uv, layer, lod);
     }
+    if uses_atlas_1 && atlas == 1u {
+        texel = textureSampleLevel(atlas_1, filtering, uv, layer, lod);
+    }
+    if uses_atlas_2 && atlas == 2u {
+        texel = textureSampleLevel(atlas_2, filtering, uv, layer, lod);
+    }
+    if uses_atlas_3 && atlas == 3u {
+        texel = textureSampleLevel(atlas_3, filtering, uv, layer, lod);
+    }
+    return texel;
 }
 
 // Where no photograph reaches: a point's own colour, else a grey lit from above.
