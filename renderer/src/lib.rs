@@ -1,19 +1,4 @@
-//! Scene updates and a view in, a frame out, on wgpu.
-//!
-//! The renderer knows no network and no file format. It holds meshes, points and photographs
-//! ([`Renderer::apply`]) and renders the view of any camera by projecting the photographs onto
-//! both kinds of geometry ([`Renderer::render`]).
-//!
-//! # Frames and precision
-//!
-//! The world is f64; every pass works in f32 relative to its own camera's centre, with axes
-//! of the world, and the difference between chunk origin and that centre is taken in f64.
-//! Depths are metres along the camera axis.
-//!
-//! # Layout
-//!
-//! Each pass is a folder with its host side, its shaders, an f64 reference, and tests that
-//! compare the two.
+#![doc = include_str!("../README.md")]
 
 mod camera;
 mod depth_map;
