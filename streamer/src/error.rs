@@ -6,7 +6,7 @@ use flaneur_proto::FieldError;
 #[derive(Debug, thiserror::Error)]
 pub enum StreamError {
     /// The service refused or failed, or the connection broke.
-    #[error("{call}: {}{}", describe(.status.code()), quoted(.status.message()))]
+    #[error("{call}: {}", said(status))]
     Status {
         /// The call, as in `GetScene`.
         call: &'static str,
@@ -70,10 +70,10 @@ impl StreamError {
     }
 }
 
-fn describe(code: tonic::Code) -> String {
-    code.description().to_lowercase()
-}
-
-fn quoted(message: &str) -> String {
-    if message.is_empty() { String::new() } else { format!(": {message}") }
+/// What the service said, or what its code means where it said nothing.
+fn said(status: &tonic::Status) -> String {
+    match status.message() {
+        "" => status.code().description().to_lowercase(),
+        message => message.to_owned(),
+    }
 }
