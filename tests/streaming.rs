@@ -1,0 +1,218 @@
+//! The streamer against the real services, over a street ingested for it.
+
+mod street;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use flaneur_scene::{ImageId, PointNodeId, Region, SceneUpdate, TileKey, View};
+use flaneur_services::grpc::in_process;
+use flaneur_services::store::{Catalog, Store};
+use flaneur_streamer::{Budget, Event, Progress, StreamError, Streamer, ViewRequest};
+use futures::{StreamExt, TryStreamExt};
+use glam::{DVec3, UVec2};
+use street::SampleStreet;
+use tokio_util::sync::CancellationToken;
+
+async fn streamer(street: &SampleStreet) -> Streamer {
+    let store = Store::open_existing(street.store.to_str().expect("text")).expect("ingested");
+    let catalog = Catalog::open([store]).await.expect("ingested");
+    let channel = in_process(catalog).await.expect("in process");
+    Streamer::connect(channel, "sample").await.expect("the sample's scene")
+}
+
+/// The view of a panorama's eye towards `heading`.
+fn view(eye: DVec3, heading: f64) -> View {
+    View::look(eye, heading, 0.05, 1.0, UVec2::new(320, 160))
+}
+
+/// Positions of the panoramas, in the order of their names.
+async fn eyes(streamer: &Streamer) -> Vec<DVec3> {
+    let panoramas = streamer.client().panoramas(Region::All).await.expect("there are some");
+    let mut panoramas: Vec<_> = panoramas.try_collect().await.expect("sound");
+    panoramas.sort_by(|a, b| a.id.cmp(&b.id));
+    panoramas.into_iter().map(|panorama| panorama.position).collect()
+}
+
+async fn updates(streamer: &mut Streamer, request: ViewRequest) -> (Vec<SceneUpdate>, Progress) {
+    let events = streamer.stream(request, &CancellationToken::new());
+    let events: Vec<Event> = events.try_collect().await.expect("a sound scene");
+    let (mut updates, mut last) = (Vec::new(), Progress::default());
+    for event in events {
+        match event {
+            Event::Update(update) => updates.push(update),
+            Event::Progress(progress) => last = progress,
+        }
+    }
+    (updates, last)
+}
+
+/// What a receiver holds after some updates: payloads in a form that can be compared.
+#[derive(Debug, Default, PartialEq)]
+struct Held {
+    tiles: BTreeMap<TileKey, Vec<[u32; 3]>>,
+    images: BTreeMap<ImageId, (u32, Vec<u8>)>,
+    nodes: BTreeMap<PointNodeId, Vec<[u32; 3]>>,
+}
+
+impl Held {
+    fn apply(&mut self, updates: &[SceneUpdate]) {
+        let bits = |p: &[f32; 3]| p.map(f32::to_bits);
+        for update in updates {
+            match update {
+                SceneUpdate::Mesh(tile) => {
+                    let vertices = tile.vertices.iter().map(|v| bits(&v.position)).collect();
+                    self.tiles.insert(tile.key, vertices);
+                }
+                SceneUpdate::Image(image) => {
+                    self.images.insert(image.id.clone(), (image.level, image.rgba.clone()));
+                }
+                SceneUpdate::Points(chunk) => {
+                    self.nodes.insert(chunk.id, chunk.positions.iter().map(bits).collect());
+                }
+                SceneUpdate::DropMesh(key) => drop(self.tiles.remove(key).expect("held")),
+                SceneUpdate::DropImage(id) => drop(self.images.remove(id).expect("held")),
+                SceneUpdate::DropPoints(id) => drop(self.nodes.remove(id).expect("held")),
+            }
+        }
+    }
+}
+
+/// One scene serves all: making it takes longer than what is tested.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_scene_streams() {
+    let street = SampleStreet::ingested("streaming").await;
+    order_is_sensible(&street).await;
+    the_outcome_does_not_depend_on_what_was_before(&street).await;
+    budgets_and_exclusions_hold(&street).await;
+    cancelling_ends_the_stream(&street).await;
+    unknown_scenes_are_named(&street).await;
+}
+
+async fn order_is_sensible(street: &SampleStreet) {
+    let mut streamer = streamer(street).await;
+    let eye = eyes(&streamer).await[0];
+    let request = ViewRequest::new(view(eye, 1.5));
+    let (updates, last) = updates(&mut streamer, request.clone()).await;
+    assert!(last.finished && last.remaining == 0 && last.bytes_received > 0, "{last:?}");
+
+    // Mesh, coarse photographs, points, finer photographs: each run in one piece.
+    let mut first_seen = BTreeSet::new();
+    let phases: Vec<u8> = updates
+        .iter()
+        .map(|update| match update {
+            SceneUpdate::Mesh(_) => 0,
+            SceneUpdate::Image(image) if first_seen.insert(image.id.clone()) => 1,
+            SceneUpdate::Points(_) => 2,
+            SceneUpdate::Image(_) => 3,
+            other => panic!("nothing is to be dropped: {other:?}"),
+        })
+        .collect();
+    assert!(phases.is_sorted(), "{phases:?}");
+    assert_eq!(phases.iter().collect::<BTreeSet<_>>().len(), 4, "every kind is there: {phases:?}");
+
+    let mut nodes = BTreeSet::new();
+    for update in &updates {
+        if let SceneUpdate::Points(chunk) = update {
+            let parent = chunk.id.key.parent();
+            assert!(parent.is_none_or(|key| nodes.contains(&PointNodeId { key, ..chunk.id })));
+            nodes.insert(chunk.id);
+        }
+    }
+    let mut levels: BTreeMap<&ImageId, u32> = BTreeMap::new();
+    for update in &updates {
+        if let SceneUpdate::Image(image) = update {
+            assert_eq!(image.rgba.len(), 4 * (image.size.x * image.size.y) as usize);
+            let before = levels.insert(&image.id, image.level);
+            assert!(before.is_none_or(|before| image.level < before), "finer comes later");
+        }
+    }
+
+    // Nothing is sent again.
+    let (again, _) = self::updates(&mut streamer, request).await;
+    assert!(again.is_empty(), "{} updates", again.len());
+}
+
+async fn the_outcome_does_not_depend_on_what_was_before(street: &SampleStreet) {
+    let mut walker = streamer(street).await;
+    let eyes = eyes(&walker).await;
+    // So tight that what is near one end is not wanted at the other.
+    let budget = Budget {
+        mesh_radius_m: 20.0,
+        panoramas: 2,
+        points: 20_000,
+        point_radius_m: 15.0,
+        ..Budget::default()
+    };
+    let mut held = Held::default();
+    let mut dropped = 0;
+    for (eye, heading) in [(eyes[0], 1.5), (eyes[eyes.len() - 1], 4.0), (eyes[1], 0.0)] {
+        let request = ViewRequest { budget, ..ViewRequest::new(view(eye, heading)) };
+        let (steps, _) = updates(&mut walker, request.clone()).await;
+        held.apply(&steps);
+        let is_drop = |u: &&SceneUpdate| {
+            matches!(
+                u,
+                SceneUpdate::DropMesh(_) | SceneUpdate::DropImage(_) | SceneUpdate::DropPoints(_)
+            )
+        };
+        dropped += steps.iter().filter(is_drop).count();
+        let mut fresh = Held::default();
+        fresh.apply(&updates(&mut streamer(street).await, request).await.0);
+        assert!(held == fresh, "at {eye}");
+    }
+    assert!(dropped > 0, "the walk left something behind");
+}
+
+async fn budgets_and_exclusions_hold(street: &SampleStreet) {
+    let mut streamer = streamer(street).await;
+    let eye = eyes(&streamer).await[0];
+    let all = ViewRequest::new(view(eye, 1.5));
+    let mut held = Held::default();
+    held.apply(&updates(&mut streamer, all.clone()).await.0);
+    let excluded = held.images.keys().next().expect("some").clone();
+    let gone = excluded.clone();
+    let request = ViewRequest {
+        budget: Budget { points: 3000, image_pixels: 100_000, ..Budget::default() },
+        excluded: std::sync::Arc::new(move |id| *id == gone),
+        ..all
+    };
+    held.apply(&updates(&mut streamer, request).await.0);
+    assert!(held.nodes.values().map(Vec::len).sum::<usize>() <= 3000);
+    assert!(held.images.values().map(|(_, rgba)| rgba.len() / 4).sum::<usize>() <= 100_000);
+    assert!(!held.images.is_empty() && !held.images.contains_key(&excluded));
+}
+
+async fn cancelling_ends_the_stream(street: &SampleStreet) {
+    let mut streamer = streamer(street).await;
+    let eye = eyes(&streamer).await[0];
+    let request = ViewRequest::new(view(eye, 1.5));
+    let cancel = CancellationToken::new();
+    let mut events = streamer.stream(request.clone(), &cancel);
+    let mut held = Held::default();
+    let end = loop {
+        match events.next().await.expect("an error comes before the end") {
+            Ok(Event::Update(update)) => {
+                held.apply(&[update]);
+                cancel.cancel();
+            }
+            Ok(Event::Progress(_)) => {}
+            Err(error) => break error,
+        }
+    };
+    assert!(matches!(end, StreamError::Cancelled), "{end}");
+    assert!(events.next().await.is_none());
+    drop(events);
+    // What had not been handed over comes with the next stream.
+    held.apply(&updates(&mut streamer, request.clone()).await.0);
+    let mut fresh = Held::default();
+    let mut other = self::streamer(street).await;
+    fresh.apply(&updates(&mut other, request).await.0);
+    assert!(held == fresh);
+}
+
+async fn unknown_scenes_are_named(street: &SampleStreet) {
+    let store = Store::open_existing(street.store.to_str().expect("text")).expect("ingested");
+    let channel = in_process(Catalog::open([store]).await.expect("ingested")).await.expect("here");
+    let error = Streamer::connect(channel, "elsewhere").await.expect_err("no such scene");
+    assert!(error.is_bad_request() && error.to_string().contains("elsewhere"), "{error}");
+}
