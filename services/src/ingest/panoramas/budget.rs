@@ -1,6 +1,9 @@
 //! Memory that parallel work shares.
 
+use std::path::Path;
 use std::sync::{Condvar, Mutex, PoisonError};
+
+use crate::ingest::{BadInput, IngestError};
 
 /// Bytes that may be taken at the same time. Who takes more than is free waits; nobody
 /// holds one share while waiting for another, so someone always goes on.
@@ -45,6 +48,20 @@ impl Drop for Share<'_> {
         *self.budget.free.lock().unwrap_or_else(PoisonError::into_inner) += self.bytes;
         self.budget.released.notify_all();
     }
+}
+
+/// An image that cannot be decoded within the memory of the job.
+pub(super) fn over_budget(path: &Path, needed: u64, budget: &Budget) -> IngestError {
+    BadInput::error(
+        path,
+        "",
+        format!(
+            "it takes {} MiB to decode and halve, more than the budget of {} MiB",
+            needed.div_ceil(1 << 20),
+            budget.total() >> 20
+        ),
+        format!("ingest with --memory {}MiB or more", needed.div_ceil(1 << 20)),
+    )
 }
 
 #[cfg(test)]

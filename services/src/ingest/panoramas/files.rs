@@ -1,6 +1,6 @@
 //! Reading small files whole, and which of the listed images exist.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
@@ -38,6 +38,28 @@ pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> IngestError {
         format!("cannot be read: {error}"),
         "check its path in street.toml and its permissions",
     )
+}
+
+/// Writes a file that is either whole or absent, with the folders above it.
+pub(super) fn write_finished(file: &Path, bytes: &[u8]) -> Result<(), IngestError> {
+    if let Some(folder) = file.parent() {
+        fs::create_dir_all(folder).map_err(|e| io("create", folder, e))?;
+    }
+    let mut name = file.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let part = file.with_file_name(name);
+    fs::write(&part, bytes).map_err(|e| io("write", &part, e))?;
+    fs::rename(&part, file).map_err(|e| io("rename", &part, e))
+}
+
+/// A file of the work folder that could not be handled.
+pub(super) fn io(action: &'static str, path: &Path, source: std::io::Error) -> IngestError {
+    IngestError::Io {
+        action,
+        path: path.to_owned(),
+        source,
+        remedy: "free some space, or give another work folder".into(),
+    }
 }
 
 /// The drafts of one entry without the cameras whose image is absent: each of those is a

@@ -6,10 +6,10 @@ use glam::UVec2;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
-use super::budget::Budget;
+use super::budget::{Budget, over_budget};
 use super::draft::DraftMask;
+use super::files::write_finished;
 use super::photograph::Photograph;
-use super::stage::{over_budget, write_finished};
 use crate::ingest::street::MaskColour;
 use crate::ingest::{BadInput, IngestError, Job};
 use crate::layers::panoramas::mask_path;

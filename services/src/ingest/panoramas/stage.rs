@@ -11,8 +11,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::StagedPanoramas;
-use super::budget::Budget;
+use super::budget::{Budget, over_budget};
 use super::draft::{Draft, DraftCamera, DraftLens, DraftMask};
+use super::files::{io, write_finished};
 use super::mask::{self, StagedMask};
 use super::photograph::Photograph;
 use super::pyramid::{self, SrgbTable};
@@ -288,41 +289,6 @@ fn same_proportions(a: UVec2, b: UVec2) -> bool {
 
 fn by(size: UVec2) -> String {
     format!("{}×{}", size.x, size.y)
-}
-
-/// An image that cannot be decoded within the memory of the job.
-pub(super) fn over_budget(path: &Path, needed: u64, budget: &Budget) -> IngestError {
-    BadInput::error(
-        path,
-        "",
-        format!(
-            "it takes {} MiB to decode and halve, more than the budget of {} MiB",
-            needed.div_ceil(1 << 20),
-            budget.total() >> 20
-        ),
-        format!("ingest with --memory {}MiB or more", needed.div_ceil(1 << 20)),
-    )
-}
-
-/// Writes a file that is either whole or absent, with the folders above it.
-pub(super) fn write_finished(file: &Path, bytes: &[u8]) -> Result<(), IngestError> {
-    if let Some(folder) = file.parent() {
-        fs::create_dir_all(folder).map_err(|e| io("create", folder, e))?;
-    }
-    let mut name = file.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = file.with_file_name(name);
-    fs::write(&part, bytes).map_err(|e| io("write", &part, e))?;
-    fs::rename(&part, file).map_err(|e| io("rename", &part, e))
-}
-
-fn io(action: &'static str, path: &Path, source: std::io::Error) -> IngestError {
-    IngestError::Io {
-        action,
-        path: path.to_owned(),
-        source,
-        remedy: "free some space, or give another work folder".into(),
-    }
 }
 
 #[cfg(test)]
