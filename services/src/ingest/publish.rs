@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use flaneur_scene::Region;
 use futures::stream::{FuturesUnordered, StreamExt};
@@ -16,6 +17,9 @@ use crate::store::{Manifest, SceneFolder, Store, StoreError};
 
 /// Objects that are written at a time.
 const CONCURRENT_PUTS: usize = 8;
+
+/// How often a store that does not answer is asked whether anyone still waits.
+const CANCEL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A scene's place in a store, and what is there already.
 pub(super) struct Destination {
@@ -34,17 +38,20 @@ pub(super) type StagedObject = (String, PathBuf);
 
 impl Destination {
     /// Looks at the scene `name` of `store`. A manifest that cannot be read counts as none.
-    pub(super) async fn open(store: &Store, name: &str) -> Result<Self, IngestError> {
-        let folder = store.scene_folder(name).map_err(|e| IngestError::store("open", name, e))?;
+    pub(super) async fn open(store: &Store, name: &str, job: &Job) -> Result<Self, IngestError> {
+        let failed =
+            |action, error| IngestError::store(action, object_name(store, name, ""), error);
+        let folder = store.scene_folder(name).map_err(|error| failed("open", error))?;
         let leftovers = Leftovers::new(store.folder(), name);
-        let previous = match folder.manifest().await {
+        let previous = match unless_cancelled(job, folder.manifest()).await? {
             Err(StoreError::BadManifest { problem, .. }) => {
                 tracing::warn!(problem, "the scene's manifest cannot be read: it is made anew");
                 None
             }
-            other => other.map_err(|e| IngestError::store("read", Manifest::PATH, e))?,
+            other => other.map_err(|error| failed("read", error))?,
         };
-        let existing = folder.list().await.map_err(|e| IngestError::store("list", name, e))?;
+        let existing = unless_cancelled(job, folder.list()).await?;
+        let existing = existing.map_err(|error| failed("list", error))?;
         let existing = existing.into_iter().collect();
         Ok(Self { store: store.clone(), folder, leftovers, previous, existing })
     }
@@ -64,12 +71,13 @@ impl Destination {
     }
 
     /// An error where the store cannot be written, before hours of work are spent.
-    pub(super) async fn check_writable(&self) -> Result<(), IngestError> {
+    pub(super) async fn check_writable(&self, job: &Job) -> Result<(), IngestError> {
         let path = format!(".probe-{}", std::process::id());
         let full = self.folder.path(&path).map_err(|e| self.failed("write", &path, e))?;
         let store = self.folder.object_store();
         let probe = object_store::PutPayload::from_static(b"flaneur");
-        let outcome = match object_store::ObjectStoreExt::put(&*store, &full, probe).await {
+        let put = object_store::ObjectStoreExt::put(&*store, &full, probe);
+        let outcome = match unless_cancelled(job, put).await? {
             Ok(_) => self.folder.delete(&path).await,
             Err(error) => Err(error.into()),
         };
@@ -100,7 +108,6 @@ impl Destination {
         let mut put = Vec::new();
         let outcome = async {
             self.put_all(objects, force, job, &mut put).await?;
-            job.check()?;
             let failed = |error| self.failed("write", Manifest::PATH, error);
             self.folder.put_manifest(manifest).await.map_err(failed)
         };
@@ -154,7 +161,7 @@ impl Destination {
                     outcome.map_err(|error| self.failed("write", path, error))
                 });
             }
-            match running.next().await {
+            match unless_cancelled(job, running.next()).await? {
                 Some(outcome) => outcome?,
                 None => return Ok(()),
             }
@@ -206,9 +213,26 @@ impl Destination {
     }
 
     fn failed(&self, action: &'static str, path: &str, error: StoreError) -> IngestError {
-        let (store, scene) = (self.store.name().trim_end_matches('/'), self.folder.name());
-        let separator = if path.is_empty() { "" } else { "/" };
-        IngestError::store(action, format!("{store}/{scene}{separator}{path}"), error)
+        IngestError::store(action, object_name(&self.store, self.folder.name(), path), error)
+    }
+}
+
+/// How people find an object of a scene, or the scene where `path` is empty.
+fn object_name(store: &Store, scene: &str, path: &str) -> String {
+    let separator = if path.is_empty() { "" } else { "/" };
+    format!("{}/{scene}{separator}{path}", store.name().trim_end_matches('/'))
+}
+
+/// What `work` gives, unless the job is cancelled first: a store that is far away, or retried,
+/// must not keep a person waiting. The upload of a large object that is dropped so may leave
+/// parts, which cloud stores keep until their own rules remove them.
+async fn unless_cancelled<T>(job: &Job, work: impl Future<Output = T>) -> Result<T, IngestError> {
+    let mut work = std::pin::pin!(work);
+    loop {
+        match tokio::time::timeout(CANCEL_INTERVAL, &mut work).await {
+            Ok(done) => return Ok(done),
+            Err(_) => job.check()?,
+        }
     }
 }
 

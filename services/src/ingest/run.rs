@@ -45,7 +45,7 @@ pub async fn ingest(
         BadInput::error(&street.file, "[scene], crs", error.to_string(), "correct it")
     })?;
     let street = Arc::new(street);
-    let mut destination = Destination::open(&store, &street.scene.name).await?;
+    let mut destination = Destination::open(&store, &street.scene.name, &job).await?;
     let plan = blocking(&street, &job, Plan::new).await?;
     if !options.force
         && destination.is_published(&plan.fingerprint)
@@ -53,7 +53,7 @@ pub async fn ingest(
     {
         return Ok(unchanged(manifest, &store, destination.bytes(), started));
     }
-    destination.check_writable().await?;
+    destination.check_writable(&job).await?;
 
     let force = options.force;
     let made = blocking(&street, &job, move |street, job| {

@@ -97,7 +97,8 @@ impl Workspace {
     }
 
     /// The result of the layer, from an earlier run where that finished it, else from `make`,
-    /// which is given a job with an empty folder of its own.
+    /// which is given a job with a folder of its own: empty, or with what a run that did not
+    /// finish left there, made from the same inputs.
     pub(super) fn layer<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -110,8 +111,12 @@ impl Workspace {
         if let Some(record) = finished(&folder, fingerprint) {
             return Ok(Finished { result: record.result, warnings: record.warnings, reused: true });
         }
-        remove(&folder)?;
-        std::fs::create_dir(&folder).map_err(|error| IngestError::io("make", &folder, error))?;
+        if folder.join(RECORD).exists() {
+            // Its files are not what it says.
+            remove(&folder)?;
+        }
+        std::fs::create_dir_all(&folder)
+            .map_err(|error| IngestError::io("make", &folder, error))?;
         let layer = job.layer(folder.clone());
         let result = make(&layer)?;
         job.check()?;
@@ -233,8 +238,10 @@ mod tests {
             Err(IngestError::Cancelled)
         });
         assert!(failed.is_err());
-        let made = work.layer("l", "0", &job, |job| Ok(job.work.join("half").exists()));
-        assert!(!made.expect("made").result, "the next attempt starts from an empty folder");
+        let found = |job: &Job| Ok(job.work.join("half").exists());
+        let made = work.layer("l", "0", &job, found).expect("made");
+        assert!(!made.reused && made.result, "what was left can be taken up");
+        assert!(!work.layer("l", "1", &job, found).expect("made").result, "of other inputs");
     }
 
     #[test]

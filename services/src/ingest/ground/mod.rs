@@ -82,12 +82,7 @@ pub fn ingest_ground(
     };
     let bounds = grid.bounds();
     let file = job.work.join("ground.tif");
-    write(&file, &grid, crs).map_err(|source| IngestError::Io {
-        action: "write",
-        path: file.clone(),
-        source,
-        remedy: "free some space or choose another work folder".to_owned(),
-    })?;
+    write(&file, &grid, crs).map_err(|error| IngestError::io("write", &file, error))?;
     let (spacing_m, uncertainty_m) = (grid.spacing_m, grid.uncertainty_m);
     Ok(Some(StagedGround { file, bounds, spacing_m, uncertainty_m }))
 }

@@ -40,7 +40,7 @@ impl PoseFrame<'_> {
         place: &str,
     ) -> Result<(DVec3, DMat3), IngestError> {
         let refuse = |name: &str, value: f64, remedy: &str| {
-            BadInput::error(file, place, format!("{name} is {value}"), remedy)
+            BadInput::error(file, place, format!("{name} is {value:?}"), remedy)
         };
         for (name, value) in ["x", "y", "z"].into_iter().zip(pose.position.to_array()) {
             // Written so that NaN is refused.

@@ -72,12 +72,7 @@ impl<'a> Records<'a> {
 
 /// A file of ours that could not be written.
 pub(super) fn write_error(path: &Path, source: io::Error) -> IngestError {
-    IngestError::Io {
-        action: "write",
-        path: path.to_owned(),
-        source,
-        remedy: "free space there, or work in another folder".into(),
-    }
+    IngestError::io("write", path, source)
 }
 
 /// Compresses nodes on all threads and writes them in order. Within a node the records keep
