@@ -60,7 +60,10 @@ pub(super) fn assemble(
     if let Some(staged) = &built.ground {
         ground = Some(GroundLayer { file: entry("ground", "tif", &staged.file)? });
     }
-    let footprints = None::<FootprintsLayer>;
+    let mut footprints = None;
+    if let Some(staged) = &built.footprints {
+        footprints = Some(FootprintsLayer { file: entry("footprints", "fgb", &staged.file)? });
+    }
     let mut panoramas = None;
     if let Some(staged) = &built.panoramas {
         panoramas = Some(PanoramasLayer { file: entry("panoramas", "fgb", &staged.table)? });
@@ -79,7 +82,7 @@ pub(super) fn assemble(
         geographic_origin: street.scene.geographic_origin,
         origin: DVec3::round(bounds.centre()),
         bounds,
-        footprints: 0,
+        footprints: built.footprints.as_ref().map_or(0, |staged| staged.count),
         panoramas: staged_panoramas.map_or(0, |staged| staged.panoramas),
         images: staged_panoramas.map_or(0, |staged| staged.images),
         has_ground: built.ground.is_some(),

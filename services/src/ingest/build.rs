@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use flaneur_scene::Bounds3;
+use flaneur_scene::{Bounds2, Bounds3};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::ground::{StagedGround, ingest_ground};
+use super::footprints::{StagedFootprints, footprint_extent, ingest_footprints};
+use super::ground::{Ground, StagedGround, ingest_ground};
 use super::panoramas::{StagedPanoramas, ingest_panoramas};
 use super::plan::{LayerPlan, Plan};
 use super::points::{PointsInput, StagedPoints, ingest_points};
@@ -15,6 +16,9 @@ use super::street::Street;
 use super::workspace::Workspace;
 use super::{IngestError, Job, Warnings};
 use crate::crs::Crs;
+
+/// How far beyond everything else outlines get terrain, metres.
+const OUTLINES_REACH_M: f64 = 500.0;
 
 /// The finished layers.
 #[derive(Default)]
@@ -25,6 +29,8 @@ pub(super) struct Built {
     pub(super) panoramas: Option<StagedPanoramas>,
     /// Terrain, where there is any.
     pub(super) ground: Option<StagedGround>,
+    /// Footprints, where there are any.
+    pub(super) footprints: Option<StagedFootprints>,
     /// What was not used.
     pub(super) warnings: Warnings,
     /// Layers that were found finished.
@@ -61,13 +67,35 @@ pub(super) fn build(
         built.panoramas = built.layer(workspace, layer, job, make)?.0;
     }
     if let Some(layer) = &plan.ground {
-        let extent = built.bounds().plan();
-        let make =
-            |job: &Job| ingest_ground(job, street.ground.as_ref(), crs, &point_files, extent);
+        let known = built.bounds().plan();
+        let make = |job: &Job| {
+            let outlines = footprint_extent(job, &street.footprints, crs)?;
+            let extent = ground_extent(known, outlines);
+            ingest_ground(job, street.ground.as_ref(), crs, &point_files, extent)
+        };
         built.ground = built.layer(workspace, layer, job, make)?.0;
+    }
+    if let Some(layer) = &plan.footprints {
+        let ground = built.ground.as_ref().map(Ground::open).transpose()?;
+        let make = |job: &Job| {
+            ingest_footprints(job, &street.footprints, crs, ground.as_ref(), &point_files)
+        };
+        built.footprints = built.layer(workspace, layer, job, make)?.0;
     }
     built.warnings = built.warnings.relative_to(street.root.folder());
     Ok(built)
+}
+
+/// Where terrain is wanted: under all that is seen or measured (`known`), and under the
+/// outlines near it. A register of a whole city must not make the terrain of a street coarse;
+/// where nothing else is known, it is all there is.
+fn ground_extent(known: Bounds2, outlines: Bounds2) -> Bounds2 {
+    let (mut min, mut max) = (outlines.min, outlines.max);
+    if !known.is_empty() {
+        min = known.min.min(min.max(known.min - OUTLINES_REACH_M));
+        max = known.max.max(max.min(known.max + OUTLINES_REACH_M));
+    }
+    Bounds2 { min, max }
 }
 
 impl Built {
@@ -76,7 +104,8 @@ impl Built {
         let points = self.points.iter().map(|staged| staged.source.bounds);
         let panoramas = self.panoramas.iter().map(|staged| staged.bounds);
         let ground = self.ground.iter().map(|staged| staged.bounds);
-        let all = points.chain(panoramas).chain(ground);
+        let footprints = self.footprints.iter().map(|staged| staged.bounds);
+        let all = points.chain(panoramas).chain(ground).chain(footprints);
         all.fold(Bounds3::EMPTY, |all, one| all.union(&one))
     }
 
@@ -107,5 +136,21 @@ impl Built {
             }
             self.points.push(staged);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    #[test]
+    fn terrain_reaches_under_near_outlines_only() {
+        let bounds =
+            |min: f64, max: f64| Bounds2 { min: DVec2::splat(min), max: DVec2::splat(max) };
+        assert_eq!(ground_extent(bounds(0.0, 10.0), bounds(-5.0, 9000.0)), bounds(-5.0, 510.0));
+        assert_eq!(ground_extent(bounds(0.0, 10.0), bounds(2.0, 3.0)), bounds(0.0, 10.0));
+        assert_eq!(ground_extent(bounds(0.0, 10.0), Bounds2::EMPTY), bounds(0.0, 10.0));
+        assert_eq!(ground_extent(Bounds2::EMPTY, bounds(2.0, 3.0)), bounds(2.0, 3.0));
     }
 }

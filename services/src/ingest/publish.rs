@@ -65,9 +65,11 @@ impl Destination {
         })
     }
 
-    /// Bytes of all objects of the scene.
+    /// Bytes of all objects of the scene but its manifest, those included that only readers
+    /// of the scene before it may need.
     pub(super) fn bytes(&self) -> u64 {
-        self.existing.values().sum()
+        let objects = self.existing.iter().filter(|(path, _)| *path != Manifest::PATH);
+        objects.map(|(_, size)| size).sum()
     }
 
     /// An error where the store cannot be written, before hours of work are spent.

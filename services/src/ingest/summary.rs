@@ -25,7 +25,7 @@ pub struct Summary {
     pub warnings: BTreeMap<String, u64>,
     /// The warnings, `kind: message`; of a kind with very many, the first.
     pub warning_messages: Vec<String>,
-    /// Bytes of all the scene's objects.
+    /// Bytes of all the scene's objects but its manifest.
     pub bytes: u64,
     /// Time that it took.
     pub seconds: f64,
