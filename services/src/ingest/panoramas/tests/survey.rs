@@ -108,7 +108,7 @@ pub(crate) fn jpeg(size: UVec2, seed: u32) -> Vec<u8> {
         [
             (x * 255 / size.x) as u8,
             (y * 255 / size.y) as u8,
-            if (x / 8 + y / 8 + seed) % 2 == 0 { 40 } else { 210 },
+            if (x / 8 + y / 8 + seed).is_multiple_of(2) { 40 } else { 210 },
         ]
     })
 }
