@@ -6,7 +6,8 @@
 //!
 //! Without files, a simulated drive of `--points` points (20 million) is made once, in the
 //! folder for temporary files. `COPC_CONVERTER` names the peer's program, by default
-//! `copc_converter` on the path. Each program runs in a process of its own, whose peak
+//! `copc_converter` on the path. Ours runs twice: with the same limit as the peer, and with
+//! what the peer then took as its limit, which sorts on disk. Each program runs in a process of its own, whose peak
 //! resident memory is read from `/proc`; both results are read back and must hold every
 //! point.
 
@@ -46,31 +47,38 @@ fn main() -> Result<()> {
     }
     let points = settings.files.iter().map(|file| count(file)).sum::<Result<u64>>()?;
     println!(
-        "{:<16} {:>10} {:>8} {:>12} {:>10} {:>10}",
-        "program", "points", "s", "points/s", "peak MiB", "file MB"
+        "{:<20} {:>10} {:>8} {:>12} {:>10} {:>10}",
+        "program, limit MiB", "points", "s", "points/s", "peak MiB", "file MB"
     );
 
-    let work = folder.join("ours");
-    let _ = fs::remove_dir_all(&work);
-    fs::create_dir_all(&work)?;
-    let mut ours = Command::new(std::env::current_exe()?);
-    ours.arg("--child").arg(&work).arg("--memory-mib").arg(settings.memory_mib.to_string());
-    ours.args(&settings.files);
-    measure("flaneur", ours, points, &work.join("points.copc.laz"))?;
+    let ours = |memory_mib: u64| -> Result<u64> {
+        let work = folder.join("ours");
+        let _ = fs::remove_dir_all(&work);
+        fs::create_dir_all(&work)?;
+        let mut command = Command::new(std::env::current_exe()?);
+        command.arg("--child").arg(&work).arg("--memory-mib").arg(memory_mib.to_string());
+        command.args(&settings.files);
+        let name = format!("flaneur {memory_mib}");
+        measure(&name, command, points, &work.join("points.copc.laz"))
+    };
+    ours(settings.memory_mib)?;
 
     let peer = std::env::var_os("COPC_CONVERTER").unwrap_or_else(|| "copc_converter".into());
-    let input = if let [file] = settings.files.as_slice() {
-        file.clone()
-    } else {
-        common(&settings.files)?
+    let input = match settings.files.as_slice() {
+        [file] => file.clone(),
+        files => common(files)?,
     };
     let output = folder.join("peer.copc.laz");
     let mut command = Command::new(&peer);
     command.arg(input).arg(&output).args(["--progress", "plain"]);
     command.arg("--memory-limit").arg(format!("{}Mi", settings.memory_mib));
-    match measure("copc_converter", command, points, &output) {
-        Err(error) if error.is::<NotInstalled>() => println!("copc_converter   not installed"),
-        other => other?,
+    let name = format!("copc_converter {}", settings.memory_mib);
+    match measure(&name, command, points, &output) {
+        Err(error) if error.is::<NotInstalled>() => println!("copc_converter is not installed"),
+        // Once more, allowed no more than the peer took.
+        peak_mib => {
+            ours(peak_mib?)?;
+        }
     }
     Ok(())
 }
@@ -102,8 +110,9 @@ fn settings() -> Result<Settings> {
 #[error("the program is not installed")]
 struct NotInstalled;
 
-/// Runs a program that makes `result`, and prints a line about it.
-fn measure(name: &str, mut command: Command, points: u64, result: &Path) -> Result<()> {
+/// Runs a program that makes `result`, and prints a line about it. Returns its peak memory in
+/// MiB.
+fn measure(name: &str, mut command: Command, points: u64, result: &Path) -> Result<u64> {
     let start = Instant::now();
     let mut child = match command.stdout(Stdio::null()).stderr(Stdio::null()).spawn() {
         Ok(child) => child,
@@ -127,12 +136,12 @@ fn measure(name: &str, mut command: Command, points: u64, result: &Path) -> Resu
         bail!("{name} kept {kept} of {points} points");
     }
     println!(
-        "{name:<16} {points:>10} {seconds:>8.2} {:>12.0} {:>10} {:>10.1}",
+        "{name:<20} {points:>10} {seconds:>8.2} {:>12.0} {:>10} {:>10.1}",
         points as f64 / seconds,
         peak_kib / 1024,
         fs::metadata(result)?.len() as f64 / 1e6,
     );
-    Ok(())
+    Ok(peak_kib / 1024)
 }
 
 /// The most memory that the child has had resident so far; `None` once it has ended.

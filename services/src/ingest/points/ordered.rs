@@ -132,7 +132,7 @@ mod tests {
     fn results_arrive_in_order_however_long_each_takes() {
         let mut seen = Vec::new();
         let produce = |i: usize| {
-            if i % 7 == 0 {
+            if i.is_multiple_of(7) {
                 std::thread::yield_now();
             }
             Ok::<_, ()>(i)

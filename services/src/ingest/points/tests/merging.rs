@@ -62,7 +62,7 @@ fn records_before_and_behind_the_points_are_kept_once() {
     let before: Vec<_> =
         reread.vlrs.iter().filter(|vlr| vlr.is("surveyor", 7)).map(|v| texts(&v.data)).collect();
     assert_eq!(before, ["both", "first", "second"]);
-    assert!(reread.vlrs.iter().any(|vlr| *vlr == wkt));
+    assert!(reread.vlrs.contains(&wkt));
     assert!(reread.vlrs[0].is("copc", 1) && reread.evlrs[0].is("copc", 1000));
     let bytes = std::fs::read(&staged[0].file).unwrap();
     let behind: Vec<_> = reread.evlrs[1..]
