@@ -1,6 +1,10 @@
 //! From footprints and terrain to triangles.
 
+mod bridge;
+
 use glam::{DVec2, DVec3};
+
+use bridge::one_ring;
 
 use crate::{
     Footprint, GroundTile, MeshTile, MeshVertex, Polygon, SurfaceClass, TileKey, TileLayer,
@@ -9,7 +13,8 @@ use crate::{
 /// The walls and flat roofs of `footprints`, as one tile.
 ///
 /// Walls reach `skirt_m` below each base, so that no gap opens over falling ground. Rings may
-/// wind either way; normals point out of the building. Degenerate polygons give no triangles.
+/// wind either way; normals point out of the building. Polygons without area, and those with a
+/// coordinate that is no number, give no triangles; a building of height 0 is a slab at its base.
 pub fn extrude_footprints(
     key: TileKey,
     origin: DVec3,
@@ -21,7 +26,8 @@ pub fn extrude_footprints(
         let foot = footprint.base_m - skirt_m;
         let top = footprint.base_m + footprint.height_m;
         let delta = footprint.uncertainty_m as f32;
-        for polygon in &footprint.polygons {
+        let numbers = foot.is_finite() && top.is_finite() && delta.is_finite();
+        for polygon in footprint.polygons.iter().filter(|polygon| numbers && has_area(polygon)) {
             for (index, ring) in polygon.rings.iter().enumerate() {
                 // The outer ring runs counter-clockwise and holes clockwise when the
                 // building is on the left of every edge.
@@ -80,18 +86,13 @@ fn walls(tile: &mut MeshTile, ring: &[DVec2], reversed: bool, foot: f64, top: f6
 }
 
 fn roof(tile: &mut MeshTile, polygon: &Polygon, top: f64, delta: f32) {
-    let Some(first) = polygon.rings.first().and_then(|ring| ring.first()) else { return };
-    // earcut works on coordinates near zero: far ones cost it its precision.
-    let mut flat = Vec::new();
-    let mut holes = Vec::new();
-    for (index, ring) in polygon.rings.iter().enumerate() {
-        if index > 0 {
-            holes.push(flat.len() / 2);
-        }
-        flat.extend(ring.iter().flat_map(|p| [p.x - first.x, p.y - first.y]));
-    }
-    let Ok(triangles) = earcutr::earcut(&flat, &holes, 2) else { return };
-    let vertex = |i: usize| DVec3::new(flat[2 * i] + first.x, flat[2 * i + 1] + first.y, top);
+    let Some(&first) = polygon.rings.first().and_then(|ring| ring.first()) else { return };
+    let outline = one_ring(polygon, first);
+    let flat: Vec<f64> = outline.iter().flat_map(|p| p.to_array()).collect();
+    // Without holes: where holes cross other rings, earcut's own way of joining them may never
+    // end.
+    let Ok(triangles) = earcutr::earcut(&flat, &[], 2) else { return };
+    let vertex = |i: usize| (outline[i] + first).extend(top);
     for t in triangles.chunks_exact(3) {
         let corners = [vertex(t[0]), vertex(t[1]), vertex(t[2])];
         let up = (corners[1] - corners[0]).cross(corners[2] - corners[0]).z;
@@ -120,8 +121,17 @@ fn push_triangle(
     }
 }
 
+/// Whether a polygon can be extruded: its coordinates are numbers and its outer ring has an area.
+fn has_area(polygon: &Polygon) -> bool {
+    let finite = polygon.rings.iter().flatten().all(|vertex| vertex.is_finite());
+    finite && polygon.rings.first().is_some_and(|ring| signed_area(ring).abs() > 0.0)
+}
+
 /// Twice the signed area of a ring, positive counter-clockwise, relative to its first vertex.
 fn signed_area(ring: &[DVec2]) -> f64 {
     let Some(&first) = ring.first() else { return 0.0 };
     (0..ring.len()).map(|i| (ring[i] - first).perp_dot(ring[(i + 1) % ring.len()] - first)).sum()
 }
+
+#[cfg(test)]
+mod tests;
