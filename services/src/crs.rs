@@ -175,7 +175,7 @@ impl Crs {
     /// Where the projection is not defined.
     pub fn meridian_convergence(&self, at: DVec2) -> Result<f64, CrsError> {
         let Kind::Projected(crs) = &self.0 else { return Ok(0.0) };
-        let fail = |error| crs.out_of_range(at, error);
+        let fail = |error| crs.out_of_range(at, &error);
         let (longitude, latitude) =
             transform_xy(&crs.grid, &crs.geographic, at.x, at.y).map_err(fail)?;
         let project = |latitude| {
@@ -202,7 +202,7 @@ impl Crs {
     pub fn to_wgs84(&self, p: DVec3) -> Result<[f64; 3], CrsError> {
         match &self.0 {
             Kind::Projected(crs) => {
-                let fail = |error| crs.out_of_range(p.truncate(), error);
+                let fail = |error| crs.out_of_range(p.truncate(), &error);
                 let (longitude, latitude, _) =
                     transform_xyz(&crs.grid, &crs.wgs84, p.x, p.y, 0.0).map_err(fail)?;
                 if !(longitude.is_finite() && latitude.is_finite()) {
@@ -272,7 +272,7 @@ impl Projected {
         Ok(Self { code: short, definition, grid, geographic, wgs84 })
     }
 
-    fn out_of_range(&self, at: DVec2, error: proj4rs::errors::Error) -> CrsError {
+    fn out_of_range(&self, at: DVec2, error: &proj4rs::errors::Error) -> CrsError {
         let code = u32::from(self.code);
         CrsError::OutOfRange { code, x: at.x, y: at.y, reason: error.to_string() }
     }

@@ -75,7 +75,7 @@ impl Geometry {
         let coordinates = self.coordinates.unwrap_or_default();
         match (self.r#type.as_str(), coordinates.depth) {
             _ if coordinates.uneven => {
-                *into = Err("its coordinates are nested unevenly".to_owned())
+                *into = Err("its coordinates are nested unevenly".to_owned());
             }
             // Empty arrays have no depth.
             ("Polygon", 0 | 3) | ("MultiPolygon", 0 | 4) => match polygons_of(&coordinates) {

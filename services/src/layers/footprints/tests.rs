@@ -27,8 +27,8 @@ fn building(i: u32, at: DVec2) -> Footprint {
         attributes: format!(
             r#"{{"n":{i},"ratio":{},"name":"Nº {i}","flag":{},"mixed":{},"tags":["a",{i}]}}"#,
             f64::from(i) + 1.0 / 3.0,
-            i % 2 == 0,
-            if i % 2 == 0 { "\"x\"" } else { "1.5" },
+            i.is_multiple_of(2),
+            if i.is_multiple_of(2) { "\"x\"" } else { "1.5" },
         ),
     }
 }
