@@ -1,0 +1,59 @@
+//! The built binary, run to its end, or serving until it is told to stop.
+
+use std::ffi::OsStr;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+
+/// A server on a free port.
+pub(crate) struct Served {
+    process: Child,
+    /// Where it answers.
+    pub(crate) url: String,
+}
+
+/// Runs `flaneur` and asserts that it ends well.
+pub(crate) fn flaneur<'a>(arguments: impl IntoIterator<Item = &'a OsStr>) {
+    let output = Command::new(env!("CARGO_BIN_EXE_flaneur"))
+        .args(arguments)
+        .output()
+        .expect("the binary starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+impl Served {
+    /// Serves stores; ready when it returns.
+    pub(crate) fn start(stores: &[&Path]) -> Self {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_flaneur"))
+            .arg("serve")
+            .args(stores)
+            .args(["--listen", "127.0.0.1:0"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        let mut line = String::new();
+        let stdout = process.stdout.take().expect("piped");
+        BufReader::new(stdout).read_line(&mut line).expect("text");
+        let url = line.strip_prefix("serving ").map(|url| url.trim().to_owned());
+        let Some(url) = url else {
+            let _ = process.kill();
+            panic!("no address but {line:?}");
+        };
+        Self { process, url }
+    }
+
+    /// Asks it to stop, and waits.
+    pub(crate) fn stop(mut self) -> ExitStatus {
+        let told = Command::new("kill").args(["-TERM", &self.process.id().to_string()]).status();
+        assert!(told.expect("kill starts").success());
+        self.process.wait().expect("it ends")
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        // Already ended after a stop; else a test failed and nobody waits for a good end.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
