@@ -65,6 +65,11 @@ impl Destination {
         })
     }
 
+    /// Removes the beginnings of objects that a kill left. Nobody else may be publishing.
+    pub(super) fn tidy(&self) {
+        self.leftovers.tidy();
+    }
+
     /// Bytes of all objects of the scene but its manifest, those included that only readers
     /// of the scene before it may need.
     pub(super) fn bytes(&self) -> u64 {

@@ -51,6 +51,10 @@ pub async fn ingest(
         && destination.is_published(&plan.fingerprint)
         && let Some(manifest) = &destination.previous
     {
+        if let Some(left) = Workspace::left_over(&job.work, store.name(), &street.scene.name) {
+            destination.tidy();
+            remove(left);
+        }
         return Ok(unchanged(manifest, &store, destination.bytes(), started));
     }
     destination.check_writable(&job).await?;
@@ -68,9 +72,7 @@ pub async fn ingest(
     });
     let (workspace, built, assembled, store) = made.await?;
     destination.publish(&assembled.objects, &assembled.manifest, force, &job).await?;
-    if let Err(error) = workspace.remove() {
-        tracing::warn!(%error, "the work folder could not be removed");
-    }
+    remove(workspace);
     Ok(made_summary(&built, &assembled, &store, started))
 }
 
@@ -99,6 +101,13 @@ fn check_places(street: &Street, store: &Store, job: &Job) -> Result<(), IngestE
         ));
     }
     Ok(())
+}
+
+/// Removes the work folder. What stays of it costs space only.
+fn remove(workspace: Workspace) {
+    if let Err(error) = workspace.remove() {
+        tracing::warn!(%error, "the work folder could not be removed");
+    }
 }
 
 fn unchanged(manifest: &Manifest, store: &Store, bytes: u64, started: Instant) -> Summary {

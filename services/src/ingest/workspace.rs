@@ -51,9 +51,7 @@ const SHORT: usize = 16;
 impl Workspace {
     /// The folder for `scene` of `store` below `base`, made where it does not exist.
     pub(super) fn open(base: &Path, store: &str, scene: &str) -> Result<Self, IngestError> {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(store.as_bytes()).update(b"\0").update(scene.as_bytes());
-        let folder = base.join(hasher.finalize().to_hex().get(..SHORT).unwrap_or_default());
+        let folder = scene_folder(base, store, scene);
         let path = folder.join(LOCK);
         loop {
             std::fs::create_dir_all(&folder)
@@ -78,6 +76,13 @@ impl Workspace {
                 return Ok(Self { folder, _lock: lock });
             }
         }
+    }
+
+    /// The folder that a run left which was killed after it had published, where there is one
+    /// and no other ingest works in it.
+    pub(super) fn left_over(base: &Path, store: &str, scene: &str) -> Option<Self> {
+        let exists = scene_folder(base, store, scene).exists();
+        exists.then(|| Self::open(base, store, scene).ok()).flatten()
     }
 
     /// Removes what belongs to none of `layers` (names and fingerprints), to give its space
@@ -136,6 +141,12 @@ impl Workspace {
     fn layer_folder(&self, name: &str, fingerprint: &str) -> PathBuf {
         self.folder.join(format!("{name}-{}", fingerprint.get(..SHORT).unwrap_or(fingerprint)))
     }
+}
+
+fn scene_folder(base: &Path, store: &str, scene: &str) -> PathBuf {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(store.as_bytes()).update(b"\0").update(scene.as_bytes());
+    base.join(hasher.finalize().to_hex().get(..SHORT).unwrap_or_default())
 }
 
 /// The record of a finished layer whose files are all there.
@@ -251,7 +262,10 @@ mod tests {
         Workspace::open(base.path(), "store", "other").expect("another scene");
         let error = Workspace::open(base.path(), "store", "scene").err().expect("busy").to_string();
         assert!(error.contains("another ingest"), "{error}");
+        assert!(Workspace::left_over(base.path(), "store", "scene").is_none(), "in use");
         drop(first);
+        Workspace::left_over(base.path(), "store", "scene").expect("left").remove().expect("gone");
+        assert!(Workspace::left_over(base.path(), "store", "scene").is_none(), "removed");
         Workspace::open(base.path(), "store", "scene").expect("free again");
     }
 }
