@@ -1,6 +1,6 @@
 //! From what a person types to a store.
 
-use std::path::{Component, PathBuf};
+use std::path::{Component, Path as FilePath, PathBuf};
 use std::sync::Arc;
 
 use object_store::local::LocalFileSystem;
@@ -78,7 +78,7 @@ impl Store {
             return Err(bad("it is empty".to_owned()));
         }
         let folder = std::path::absolute(folder).map_err(|e| bad(e.to_string()))?;
-        let folder = resolve(folder).map_err(|e| bad(e.to_string()))?;
+        let folder = resolve(&folder).map_err(|e| bad(e.to_string()))?;
         if folder.exists() && !folder.is_dir() {
             return Err(bad("it is a file".to_owned()));
         }
@@ -90,9 +90,9 @@ impl Store {
 }
 
 /// The folder with links and `..` resolved as far as it exists.
-fn resolve(folder: PathBuf) -> std::io::Result<PathBuf> {
+fn resolve(folder: &FilePath) -> std::io::Result<PathBuf> {
     let mut missing = Vec::new();
-    let mut existing = folder.as_path();
+    let mut existing = folder;
     loop {
         match existing.canonicalize() {
             Ok(mut resolved) => {

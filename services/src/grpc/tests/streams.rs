@@ -36,7 +36,7 @@ impl fmt::Display for Counting {
     }
 }
 
-#[async_trait::async_trait]
+#[tonic::async_trait]
 impl ObjectStore for Counting {
     async fn get_opts(&self, path: &Path, options: GetOptions) -> Result<GetResult> {
         self.reads.fetch_add(1, Ordering::SeqCst);
