@@ -31,9 +31,11 @@ pub(crate) fn records(chunk: &PointChunk, radius_code: u32) -> (Vec<Record>, Bou
             continue;
         }
         bounds.include(chunk.origin + Vec3::from_array(position).as_dvec3());
+        // Surveys give black to points that their cameras did not see.
         let colour = chunk
             .colours
             .get(i)
+            .filter(|colour| **colour != [0; 3])
             .map_or(0, |&[r, g, b]| HAS_COLOUR | u32::from_le_bytes([r, g, b, 0]));
         let [x, y, z] = position.map(f32::to_bits);
         records.push([x, y, z, colour | radius_code << 24]);

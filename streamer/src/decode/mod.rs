@@ -6,6 +6,7 @@ mod laz;
 mod mask;
 mod picture;
 mod points;
+mod spacing;
 
 use std::sync::Arc;
 

@@ -6,6 +6,7 @@ use glam::IVec3;
 use super::colour::eight_bit_colours;
 use super::damaged;
 use super::laz::Records;
+use super::spacing::typical_spacing_m;
 use crate::StreamError;
 
 /// Offsets in the point data record formats 6 to 8.
@@ -73,6 +74,8 @@ pub(crate) fn decode_points(
     if intensities.iter().all(|&intensity| intensity == 0) {
         intensities = Vec::new();
     }
+    let least_m = source.cube.level_spacing_m(node.key.level) as f32;
+    let spacing_m = typical_spacing_m(&positions, least_m);
     Ok(PointChunk {
         id,
         origin,
@@ -80,7 +83,7 @@ pub(crate) fn decode_points(
         colours: eight_bit_colours(&colours),
         intensities,
         classes,
-        spacing_m: source.cube.level_spacing_m(node.key.level) as f32,
+        spacing_m,
     })
 }
 
