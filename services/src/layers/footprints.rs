@@ -18,7 +18,8 @@ use super::AttributeColumns;
 use super::fgb::{FgbCursor, FgbError, FgbFeature, FgbFile, Polygons, attributes};
 use crate::crs::Crs;
 
-const ID: &str = "flaneur_id";
+/// The column of identifiers.
+pub(crate) const ID: &str = "flaneur_id";
 const BASE: &str = "flaneur_base_m";
 const HEIGHT: &str = "flaneur_height_m";
 const UNCERTAINTY: &str = "flaneur_uncertainty_m";

@@ -148,9 +148,10 @@ impl Collector<'_> {
     }
 }
 
-/// The value of a property named `id`, in any case, that can identify a feature.
+/// The value of a property that can identify a feature: one named `id`, in any case, or the
+/// identifier that a stored layer of footprints gave it.
 fn identifier((name, value): (&String, &Value)) -> Option<String> {
-    if !name.eq_ignore_ascii_case("id") {
+    if !name.eq_ignore_ascii_case("id") && name != crate::layers::footprints::ID {
         return None;
     }
     match value {

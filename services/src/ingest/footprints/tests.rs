@@ -291,7 +291,7 @@ fn flatgeobuf_in_is_flatgeobuf_out() {
     let second = desk.ingest(spec(again.clone(), height()), &local()).expect("valid");
     assert_eq!(first.len(), 40);
     for (a, b) in first.iter().zip(&second) {
-        assert_eq!((&a.polygons, a.height_m), (&b.polygons, b.height_m));
+        assert_eq!((&a.id, &a.polygons, a.height_m), (&b.id, &b.polygons, b.height_m));
         assert_eq!(a.attributes, b.attributes);
     }
     let bytes = std::fs::read(&again).expect("a file");
