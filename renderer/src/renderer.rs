@@ -244,7 +244,9 @@ fn read_back(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, RenderError> {
     gpu.device
         .poll(wgpu::PollType::wait_indefinitely())
         .map_err(|error| RenderError::Driver(error.to_string()))?;
-    match receiver.try_recv() {
+    // Where several renderers share the device, another's wait may be the one that answers,
+    // a moment after this one's ended.
+    match receiver.recv() {
         Ok(Ok(())) => {
             let bytes = buffer
                 .get_mapped_range(..)

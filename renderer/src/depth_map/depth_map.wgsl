@@ -3,6 +3,8 @@
 
 // Lidar ranges are good to centimetres.
 const POINT_NOISE_M: f32 = 0.03;
+// Sine of the angle between ray and plane below which relief grows no further.
+const LEAST_SLOPE: f32 = 0.1;
 // Depth where there is nothing.
 const NOTHING_M: f32 = 1e30;
 
@@ -19,12 +21,15 @@ fn depth_on_texel_ray(c: vec3<f32>, n: vec3<f32>, ray: vec3<f32>) -> f32 {
     return select(c.z, clamp(z, 0.5 * c.z, c.z), z > 0.0);
 }
 
-// z: depth of the place on this texel's ray; texel_m: width of the texel there;
-// delta: uncertainty of the place if it is mesh, negative if it is a point.
-fn is_visible(z: f32, texel_m: f32, delta: f32, occluders: Occluders) -> bool {
-    let behind_point = occluders.point + texel_m + POINT_NOISE_M;
-    if delta < 0.0 {
-        return z <= occluders.mesh.x + occluders.mesh.y + texel_m && z <= behind_point;
-    }
-    return z <= occluders.mesh.x + texel_m && z - delta <= behind_point;
+// How far before a place, in depth, points on a texel's ray still belong to its surface: those
+// that stand out of the plane with normal n (camera frame) by relief_m.
+fn relief_depth(relief_m: f32, n: vec3<f32>, ray: vec3<f32>) -> f32 {
+    return relief_m / max(abs(dot(n, ray)), LEAST_SLOPE);
+}
+
+// z: depth of the place on this texel's ray; texel_m: width of the texel there; is_point: what
+// the place is; relief: see relief_depth.
+fn is_visible(z: f32, texel_m: f32, is_point: bool, relief: f32, occluders: Occluders) -> bool {
+    let behind_mesh = occluders.mesh.x + texel_m + select(0.0, occluders.mesh.y, is_point);
+    return z <= behind_mesh && z - relief <= occluders.point + texel_m + POINT_NOISE_M;
 }

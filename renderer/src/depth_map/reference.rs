@@ -5,12 +5,18 @@
 //!
 //! | the place is | against mesh at `z_m ± δ_m` | against a point at `z_p` |
 //! |---|---|---|
-//! | mesh, uncertain by δ | exactly: both come from the same mesh | it may be the same surface: `z − δ ≤ z_p` |
-//! | a point | the mesh occludes from its far surface: `z ≤ z_m + δ_m` | exactly |
+//! | mesh | exactly: both come from the same mesh | the point may be the same surface: `z − ρ ≤ z_p` |
+//! | a point | the mesh occludes from its far surface: `z ≤ z_m + δ_m` | `z − ρ ≤ z_p` |
 //!
 //! "Exactly" leaves the width of one texel: where two faces meet, the texel's centre may lie
 //! on the other one. The slope of the place's own plane needs no allowance, because its depth
 //! is taken on the ray of the texel's centre, where the map was drawn.
+//!
+//! ρ is the relief of the surface: points that stand out of the plane n · (P − C) = 0 by no
+//! more than `relief_m` are that surface, which is `relief_m / |n · ray|` in depth. It covers the
+//! mesh's uncertainty δ, and the discs of the maps, which face the photograph and so stand out
+//! of an inclined surface by up to their radius. A road seen from a car is inclined by 80° and
+//! more: without ρ it hides itself. Points whose orientation is not known have none.
 
 use glam::DVec3;
 
@@ -25,7 +31,7 @@ pub(crate) struct Occluders {
 /// What is being tested.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Place {
-    Mesh { uncertainty_m: f64 },
+    Mesh,
     Point,
 }
 
@@ -37,10 +43,22 @@ pub(crate) fn depth_on_texel_ray(c: DVec3, n: DVec3, ray: DVec3) -> f64 {
     if z > 0.0 { z.min(c.z).max(0.5 * c.z) } else { c.z }
 }
 
-pub(crate) fn is_visible(z: f64, texel_m: f64, place: Place, occluders: Occluders) -> bool {
-    let (mesh, point) = match place {
-        Place::Mesh { uncertainty_m } => (z, z - uncertainty_m),
-        Place::Point => (z - occluders.mesh_uncertainty_m, z),
+pub(crate) fn relief_depth(relief_m: f64, n: DVec3, ray: DVec3) -> f64 {
+    const LEAST_SLOPE: f64 = 0.1;
+    relief_m / n.dot(ray).abs().max(LEAST_SLOPE)
+}
+
+pub(crate) fn is_visible(
+    z: f64,
+    texel_m: f64,
+    place: Place,
+    relief: f64,
+    occluders: Occluders,
+) -> bool {
+    let mesh = match place {
+        Place::Mesh => z,
+        Place::Point => z - occluders.mesh_uncertainty_m,
     };
+    let point = z - relief;
     mesh <= occluders.mesh_m + texel_m && point <= occluders.point_m + texel_m + POINT_NOISE_M
 }

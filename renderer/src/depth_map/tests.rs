@@ -2,20 +2,21 @@
 
 use glam::DVec3;
 
-use super::reference::{Occluders, Place, depth_on_texel_ray, is_visible};
+use super::reference::{Occluders, Place, depth_on_texel_ray, is_visible, relief_depth};
 use crate::kernel_tests::run;
 use crate::tolerances::{DEPTH_M, DEPTH_TEST_RELATIVE};
 
 const KERNEL: &str = "
 struct Query {
     c: vec3<f32>,
-    delta: f32,
+    relief_m: f32,
     n: vec3<f32>,
     texel_m: f32,
     ray: vec3<f32>,
     point: f32,
     mesh: vec2<f32>,
-    padding: vec2<f32>,
+    is_point: u32,
+    padding: u32,
 }
 
 @group(0) @binding(0) var<storage, read> queries: array<Query>;
@@ -26,7 +27,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < arrayLength(&queries) {
         let q = queries[id.x];
         let z = depth_on_texel_ray(q.c, q.n, q.ray);
-        let visible = is_visible(z, q.texel_m, q.delta, Occluders(q.mesh, q.point));
+        let relief = relief_depth(q.relief_m, q.n, q.ray);
+        let visible =
+            is_visible(z, q.texel_m, q.is_point == 1u, relief, Occluders(q.mesh, q.point));
         answers[id.x] = vec2(z, select(0.0, 1.0, visible));
     }
 }";
@@ -35,13 +38,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 struct Query {
     c: [f32; 3],
-    delta: f32,
+    relief_m: f32,
     n: [f32; 3],
     texel_m: f32,
     ray: [f32; 3],
     point: f32,
     mesh: [f32; 2],
-    padding: [f32; 2],
+    is_point: u32,
+    padding: u32,
 }
 
 /// Places around occluders at their depth, with planes from facing to grazing and beyond.
@@ -57,13 +61,14 @@ fn queries() -> Vec<Query> {
         let offset = |span: f32, step: f64| span * (2.0 * sequence(step) - 1.0);
         queries.push(Query {
             c: [m[0] * z, m[1] * z, z],
-            delta: if i % 2 == 0 { 0.5 * sequence(0.438_579) } else { -1.0 },
+            relief_m: if i % 3 == 0 { 0.0 } else { 0.5 * sequence(0.438_579) },
             n: [angle.sin(), 0.0, -angle.cos()],
             texel_m: z * texel,
             ray: [m[0] + texel * offset(0.5, 0.271_2), m[1] + texel * offset(0.5, 0.913), 1.0],
             point: if i % 5 == 0 { 1e30 } else { z + offset(1.0, 0.377_7) },
             mesh: [if i % 7 == 0 { 1e30 } else { z + offset(1.0, 0.829) }, 0.4],
-            padding: [0.0; 2],
+            is_point: i % 2,
+            padding: 0,
         });
     }
     queries
@@ -86,17 +91,16 @@ fn device_and_reference_agree() {
     for (query, answer) in queries.iter().zip(answers) {
         let z = depth_on_texel_ray(wide(query.c), wide(query.n), wide(query.ray));
         assert!((z - f64::from(answer[0])).abs() < DEPTH_M, "{z} {answer:?} {query:?}");
-        let place = match query.delta {
-            delta if delta < 0.0 => Place::Point,
-            delta => Place::Mesh { uncertainty_m: f64::from(delta) },
-        };
+        let place = if query.is_point == 1 { Place::Point } else { Place::Mesh };
+        let relief = relief_depth(f64::from(query.relief_m), wide(query.n), wide(query.ray));
         let occluders = Occluders {
             mesh_m: f64::from(query.mesh[0]),
             mesh_uncertainty_m: f64::from(query.mesh[1]),
             point_m: f64::from(query.point),
         };
-        let visible =
-            |share: f64| is_visible(z * (1.0 + share), f64::from(query.texel_m), place, occluders);
+        let visible = |share: f64| {
+            is_visible(z * (1.0 + share), f64::from(query.texel_m), place, relief, occluders)
+        };
         if visible(-DEPTH_TEST_RELATIVE) == visible(DEPTH_TEST_RELATIVE) {
             assert_eq!(answer[1] == 1.0, visible(0.0), "{query:?}");
             if visible(0.0) { seen += 1 } else { hidden += 1 }
@@ -108,13 +112,25 @@ fn device_and_reference_agree() {
 #[test]
 fn the_hybrid_rule_holds_in_depth_maps() {
     let wall = |point_m| Occluders { mesh_m: 10.0, mesh_uncertainty_m: 0.5, point_m };
-    let mesh = Place::Mesh { uncertainty_m: 0.5 };
     // A lidar point behind the wall's plane, within its uncertainty, is the wall.
-    assert!(is_visible(10.4, 0.01, Place::Point, wall(10.4)));
-    assert!(!is_visible(10.6, 0.01, Place::Point, wall(10.6)));
+    assert!(is_visible(10.4, 0.01, Place::Point, 0.0, wall(10.4)));
+    assert!(!is_visible(10.6, 0.01, Place::Point, 0.0, wall(10.6)));
     // The wall's mesh is seen although its points lie before it, but not behind a car.
-    assert!(is_visible(10.0, 0.01, mesh, wall(9.6)));
-    assert!(!is_visible(10.0, 0.01, mesh, wall(7.0)));
+    assert!(is_visible(10.0, 0.01, Place::Mesh, 0.5, wall(9.6)));
+    assert!(!is_visible(10.0, 0.01, Place::Mesh, 0.5, wall(7.0)));
     // Mesh behind mesh is hidden, however uncertain both are.
-    assert!(!is_visible(10.3, 0.01, mesh, wall(1e30)));
+    assert!(!is_visible(10.3, 0.01, Place::Mesh, 0.5, wall(1e30)));
+}
+
+#[test]
+fn a_road_at_a_grazing_angle_does_not_hide_itself() {
+    // 1.7 m above the road, looking 12 m ahead: 8°. A disc of 8 cm that faces the camera hides
+    // what lies up to 0.57 m behind it on the road.
+    let (n, ray) = (DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.0, 1.7 / 12.0, 1.0));
+    let road = Occluders { mesh_m: 1e30, mesh_uncertainty_m: 0.0, point_m: 11.43 };
+    assert!(!is_visible(12.0, 0.02, Place::Point, 0.0, road));
+    assert!(is_visible(12.0, 0.02, Place::Point, relief_depth(0.1, n, ray), road));
+    // A kerb 30 cm high does hide it.
+    let kerb = Occluders { point_m: 12.0 - 0.3 / (1.7 / 12.0), ..road };
+    assert!(!is_visible(12.0, 0.02, Place::Point, relief_depth(0.1, n, ray), kerb));
 }

@@ -47,8 +47,10 @@ struct Place {
     position: vec3<f32>,
     normal: vec3<f32>,
     depth: f32,
-    // Uncertainty of mesh; negative for points.
+    // Uncertainty of mesh.
     delta: f32,
+    // How far points of the same surface may stand out of its plane, see depth_map.wgsl.
+    relief_m: f32,
     // Class of mesh, code of a point.
     code: u32,
 }
@@ -67,6 +69,11 @@ const SHOWS_MESH: u32 = 1u;
 const SHOWS_POINT: u32 = 3u;
 const NONE: u32 = 0xffffffffu;
 const NOWHERE: f32 = 1e29;
+// Points this near to a mesh are its surface however certain the mesh is, metres: waves and
+// kerbs that a grid of terrain does not follow.
+const SAME_SURFACE_M: f32 = 0.15;
+// Noise between drives, and discs that do not lie in their surface, metres.
+const RELIEF_M: f32 = 0.1;
 // Filtered masks this close to one have no masked texel in them.
 const OPAQUE: f32 = 0.999;
 
@@ -170,6 +177,7 @@ fn place_on(m: vec2<f32>) -> Place {
         place.depth = mesh_depth;
         place.normal = plane.xyz;
         place.delta = unpack2x16float(surface).x;
+        place.relief_m = max(place.delta, RELIEF_M);
         place.code = (surface >> 16u) - 1u;
     }
     if indices[u32(cell.y) * frame.camera.size.x + u32(cell.x)] != NONE {
@@ -184,22 +192,22 @@ fn place_on(m: vec2<f32>) -> Place {
     return place;
 }
 
-// The point p where the mesh behind is `mesh`. A point within delta of the mesh is that surface,
-// better known: it has the mesh's orientation. Any other faces the eye.
+// The point p where the mesh behind is `mesh`. A point near the mesh is that surface, better
+// known: it has the mesh's orientation. Any other faces the eye.
 fn point_place(p: vec3<f32>, code: u32, ray: vec3<f32>, mesh: Place) -> Place {
     var place: Place;
     place.kind = SHOWS_POINT;
     place.depth = dot(p, p) / dot(p, ray);
     place.normal = -normalize(p);
-    place.delta = -1.0;
     place.code = code;
     if mesh.kind == SHOWS_MESH {
         let off_plane = dot(mesh.normal, p - ray * mesh.depth);
         let depth = dot(mesh.normal, p) / dot(mesh.normal, ray);
         let near_disc = depth > 0.8 * place.depth && depth < 1.25 * place.depth;
-        if abs(off_plane) <= mesh.delta && near_disc {
+        if abs(off_plane) <= max(mesh.delta, SAME_SURFACE_M) && near_disc {
             place.depth = depth;
             place.normal = mesh.normal;
+            place.relief_m = RELIEF_M;
         }
     }
     return place;
@@ -280,14 +288,16 @@ fn visible_share(i: u32, place: Place, c: vec3<f32>, m: vec2<f32>) -> f32 {
     for (var corner = 0u; corner < 4u; corner++) {
         let step = vec2<f32>(vec2(corner & 1u, corner >> 1u));
         let texel = first + step;
-        let z = depth_on_texel_ray(c, n, vec3((texel + 0.5 - centre) / focal, 1.0));
+        let ray = vec3((texel + 0.5 - centre) / focal, 1.0);
+        let z = depth_on_texel_ray(c, n, ray);
+        let relief = relief_depth(place.relief_m, n, ray);
         let cell = clamp(vec2<i32>(texel), vec2(0), limit);
         var occluders: Occluders;
         occluders.mesh = textureLoad(map_mesh, cell, layer, 0).xy;
         let word = (layer * frame.map_side + u32(cell.y)) * frame.map_side + u32(cell.x);
         let bits = map_points[word];
         occluders.point = select(bitcast<f32>(bits), NOTHING_M, bits == NONE);
-        if is_visible(z, texel_m, place.delta, occluders) {
+        if is_visible(z, texel_m, place.kind == SHOWS_POINT, relief, occluders) {
             let weight = mix(1.0 - t, t, step);
             share += weight.x * weight.y;
         }
