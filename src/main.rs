@@ -28,7 +28,12 @@ struct Arguments {
     command: commands::Command,
 }
 
+#[expect(unsafe_code, reason = "setting a variable of the process")]
 fn main() -> ExitCode {
+    // Mesa's layer for choosing among devices looks for a display and complains where there is
+    // none; the renderer chooses by itself.
+    // SAFETY: no other thread runs yet.
+    unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
     let arguments = Arguments::parse();
     let console = progress::Console::new();
     logging::set_up(&arguments.logging, arguments.command.default_log_level(), &console);

@@ -11,8 +11,15 @@ use crate::exit::Exit;
 use crate::output;
 use crate::source::{Source, stream_exit};
 
+const EXAMPLES: &str = "\
+Examples:
+  flaneur info scenes                           every scene of a store
+  flaneur info scenes/paris
+  flaneur info http://127.0.0.1:7878/paris --json";
+
 /// Arguments of `flaneur info`.
 #[derive(Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct InfoArguments {
     /// Scene, store or server: a folder, s3://bucket/prefix, http://host:port, each with or
     /// without /scene at its end

@@ -13,8 +13,21 @@ use crate::exit::Exit;
 use crate::memory::MemoryBudget;
 use crate::output;
 
+const EXAMPLES: &str = "\
+Examples:
+  flaneur ingest survey --out scenes                     a folder with a street.toml
+  flaneur ingest survey/street.toml --out s3://bucket/streets
+  flaneur ingest survey --out scenes --memory 8GiB --work /scratch
+  flaneur ingest survey --out scenes --json              a summary for programs
+
+An ingest that was interrupted goes on where it stopped, and one over the same inputs does
+nothing. The scene appears in the store whole, or not at all.
+
+Exit codes: 0 done, 2 bad input or usage, 130 interrupted, 1 anything else.";
+
 /// Arguments of `flaneur ingest`.
 #[derive(Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct IngestArguments {
     /// The survey: a folder that holds a street.toml, or that file
     #[arg(value_name = "STREET")]
@@ -47,7 +60,7 @@ pub(crate) struct IngestArguments {
 }
 
 /// Warnings of a kind that are printed in full.
-const SHOWN_WARNINGS: usize = 3;
+const SHOWN_WARNINGS: usize = 50;
 
 /// Ingests a street and prints what came of it.
 pub(crate) async fn run(arguments: IngestArguments, context: &Context) -> Result<(), Exit> {

@@ -13,8 +13,17 @@ use crate::exit::Exit;
 use crate::output;
 use crate::progress::Console;
 
+const EXAMPLES: &str = "\
+Examples:
+  flaneur sample street                         120 m, 1.5 million points, 106 photographs
+  flaneur sample street --scale 0.2 --seed 7    a small one, and another street
+  flaneur sample load --scale 14 --without-photographs    about 20 million points
+
+The folder holds a survey for `flaneur ingest`, and in truth/ views that were held out.";
+
 /// Arguments of `flaneur sample`.
 #[derive(Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct SampleArguments {
     /// Folder to write, empty or absent
     #[arg(value_name = "DIR")]

@@ -1,6 +1,6 @@
 //! The data services of `flaneur.v1` over a [`crate::store`].
 //!
-//! [`Server`] answers on a port, [`in_process`] within the program; both serve the same
+//! [`Server`] answers on a port, [`in_process()`] within the program; both serve the same
 //! [`routes`]. Every stream is pulled by its client: nothing is read that was not asked for,
 //! and when a client goes away, or its deadline passes, reading ends with its stream.
 

@@ -28,8 +28,18 @@ use view::{Size, Viewpoint, parse_fov, read_path, view_like};
 /// Size of a picture where nothing else decides it.
 const DEFAULT_SIZE: Size = Size(glam::UVec2::new(1024, 512));
 
+const EXAMPLES: &str = "\
+Examples:
+  flaneur render scenes/paris --view 651190,6861340,43,180,5 -o frame.png
+  flaneur render scenes/paris --like 490/301 --without 490 -o like.png
+  flaneur render http://127.0.0.1:7878/paris --path walk.json -o walk.png --report walk.report.json
+
+VIEWS.json is a list of views; those of the last example become walk_0001.png, walk_0002.png, …:
+  [{\"position\": [651190, 6861340, 43], \"heading_deg\": 180, \"pitch_deg\": 5, \"fov_deg\": 60}]";
+
 /// Arguments of `flaneur render`.
 #[derive(Args)]
+#[command(after_help = EXAMPLES)]
 #[command(group = ArgGroup::new("views").required(true).args(["view", "like", "path"]))]
 pub(crate) struct RenderArguments {
     /// Scene: a store's folder or URL with the scene's name at its end, or

@@ -4,7 +4,7 @@
 //! others become point sources of their own. The waveforms of formats 4, 5, 9 and 10 are
 //! not stored, the packets that point to them are.
 //!
-//! [`scan`] reads positions and classes of any such file, for those who measure in them.
+//! [`scan()`] reads positions and classes of any such file, for those who measure in them.
 
 mod build;
 mod chunk_table;

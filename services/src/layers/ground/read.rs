@@ -1,6 +1,6 @@
 //! Reads a ground grid by ranges.
 //!
-//! Only what [`super::write`] writes is understood: a little-endian TIFF of tiles of 32-bit
+//! Only what [`super::write()`] writes is understood: a little-endian TIFF of tiles of 32-bit
 //! floats. The `tiff` crate reads whole files through `Read + Seek`; here the directory is read
 //! once, from the end of the object, and then the tiles that a region needs.
 
