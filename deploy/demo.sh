@@ -5,8 +5,8 @@ flaneur=$1
 folder=$2
 listen=$3
 once=${4:-}
-# Beside the kerb, two metres from the nearest photograph, looking down the street.
-view=VIEW
+# On the road, between the places where photographs were taken, looking down the street.
+view=651507.5,6861077,44.6,39,2
 
 mkdir -p "$folder"
 # street.toml is written last, so a street that has one is whole.

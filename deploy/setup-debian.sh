@@ -14,8 +14,8 @@ command -v cargo >/dev/null || {
 packages=""
 command -v cc >/dev/null || packages="$packages build-essential"
 /sbin/ldconfig -p | grep -q 'libvulkan\.so\.1' || packages="$packages libvulkan1"
-if ! ls /usr/share/vulkan/icd.d/*.json /etc/vulkan/icd.d/*.json >/dev/null 2>&1 &&
-    [ -z "${VK_DRIVER_FILES:-}" ]; then
+if [ -z "${VK_DRIVER_FILES:-}" ] &&
+    ! find /usr/share/vulkan/icd.d /etc/vulkan/icd.d -name '*.json' 2>/dev/null | grep -q .; then
     packages="$packages mesa-vulkan-drivers"
 fi
 if [ "${1:-}" = test ]; then

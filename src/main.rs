@@ -13,10 +13,14 @@ mod progress;
 mod source;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::Parser;
 
 use commands::Context;
+
+/// How long blocking work may take to notice that it is not wanted any more.
+const GRACE: Duration = Duration::from_secs(3);
 
 /// Ingest, serve and render a surveyed street.
 #[derive(Parser)]
@@ -45,8 +49,9 @@ fn main() -> ExitCode {
         let context = Context { cancel: interrupt::on_ctrl_c(), console: console.clone() };
         arguments.command.run(&context).await
     });
-    // Blocking work that was cancelled ends at its next check; nobody waits for it here.
-    runtime.shutdown_background();
+    // Blocking work that was cancelled ends at its next check. A graphics driver that is still
+    // being opened must not be torn down by the end of the process: it crashes.
+    runtime.shutdown_timeout(GRACE);
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(exit) => exit.report(&console),

@@ -126,7 +126,7 @@ impl ImageIndex {
             Ok(v1::ImageLayer::Mask) => match &camera.mask {
                 Some(mask) if key.level == 0 => Ok((mask_path(mask), "image/png")),
                 Some(_) => Err(missing("mask of level", key.level.to_string(), in_image)),
-                None => Err(missing("mask", String::new(), in_image)),
+                None => Err(missing("mask", "of its own".to_owned(), in_image)),
             },
             Err(_) => Err(Missing::Field(FieldError::new(
                 "layer",

@@ -28,6 +28,9 @@ use view::{Size, Viewpoint, parse_fov, read_path, view_like};
 /// Size of a picture where nothing else decides it.
 const DEFAULT_SIZE: Size = Size(glam::UVec2::new(1024, 512));
 
+/// SOURCE comes first, because --without takes as many names as follow it.
+const USAGE: &str = "flaneur render <SOURCE> <--view …|--like …|--path …> --out <FILE> [OPTIONS]";
+
 const EXAMPLES: &str = "\
 Examples:
   flaneur render scenes/paris --view 651190,6861340,43,180,5 -o frame.png
@@ -39,7 +42,7 @@ VIEWS.json is a list of views; those of the last example become walk_0001.png, w
 
 /// Arguments of `flaneur render`.
 #[derive(Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, override_usage = USAGE)]
 #[command(group = ArgGroup::new("views").required(true).args(["view", "like", "path"]))]
 pub(crate) struct RenderArguments {
     /// Scene: a store's folder or URL with the scene's name at its end, or
@@ -60,7 +63,8 @@ pub(crate) struct RenderArguments {
     /// Vertical field of view in degrees
     #[arg(long, default_value = "60", value_parser = parse_fov, conflicts_with = "like")]
     fov: f64,
-    /// Size of the picture in pixels [default: 1024x512, or that of the --like photograph]
+    /// Size of the picture in pixels [default: that of the --like photograph or of the view in
+    /// the file, else 1024x512]
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
     /// Leave out photographs: ids, panoramas, or globs over either
@@ -127,7 +131,7 @@ async fn prepare(
     let streamer = Source::open(&arguments.source).await?.streamer().await?;
     let mut views: Vec<View> = viewpoints
         .iter()
-        .map(|viewpoint| viewpoint.view(arguments.fov, arguments.size.unwrap_or(DEFAULT_SIZE).0))
+        .map(|viewpoint| viewpoint.view(arguments.fov, arguments.size, DEFAULT_SIZE))
         .collect();
     if arguments.like.is_some() || !arguments.without.is_empty() {
         let names = Names::all(streamer.client()).await?;

@@ -19,26 +19,31 @@ pub(crate) struct Viewpoint {
     heading_deg: f64,
     pitch_deg: f64,
     fov_deg: Option<f64>,
+    size: Option<Size>,
 }
 
 /// `WIDTHxHEIGHT` in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub(crate) UVec2);
 
-/// One entry of a file of views.
+/// One entry of a file of views. It may say more, as the held-out views of a synthetic street
+/// do: what it shows, and where its picture is.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 struct Entry {
     position: [f64; 3],
     heading_deg: f64,
     pitch_deg: f64,
     fov_deg: Option<f64>,
+    width: Option<u32>,
+    height: Option<u32>,
 }
 
 impl Viewpoint {
-    /// The view from here, `fov_deg` high unless it has a field of view of its own.
-    pub(crate) fn view(&self, fov_deg: f64, size: UVec2) -> View {
+    /// The view from here, `fov_deg` high unless it has a field of view of its own, and of the
+    /// size `asked`, else of its own, else of `default`.
+    pub(crate) fn view(&self, fov_deg: f64, asked: Option<Size>, default: Size) -> View {
         let fov = self.fov_deg.unwrap_or(fov_deg).to_radians();
+        let Size(size) = asked.or(self.size).unwrap_or(default);
         View::look(self.eye, self.heading_deg.to_radians(), self.pitch_deg.to_radians(), fov, size)
     }
 
@@ -51,7 +56,20 @@ impl Viewpoint {
             return Err(format!("the pitch is {pitch_deg}, must be -90 to 90 degrees"));
         }
         let fov_deg = fov_deg.map(check_fov).transpose()?;
-        Ok(Self { eye: DVec3::new(x, y, z), heading_deg, pitch_deg, fov_deg })
+        Ok(Self { eye: DVec3::new(x, y, z), heading_deg, pitch_deg, fov_deg, size: None })
+    }
+}
+
+impl Size {
+    fn new(width: u32, height: u32) -> Result<Self, String> {
+        let pixels = u64::from(width) * u64::from(height);
+        if pixels == 0 || pixels > MAX_PIXELS || width.max(height) > 16_384 {
+            return Err(format!(
+                "{width}x{height} pixels, must be at least 1x1, at most 16384 a side and \
+                 {MAX_PIXELS} in all"
+            ));
+        }
+        Ok(Self(UVec2::new(width, height)))
     }
 }
 
@@ -60,7 +78,7 @@ pub(crate) fn read_path(path: &Path) -> Result<Vec<Viewpoint>, Exit> {
     let bad = |problem: String| {
         Exit::bad_input(anyhow::anyhow!(
             "{}: {problem}; it must be a list of {{\"position\": [x, y, z], \"heading_deg\": …, \
-             \"pitch_deg\": …, \"fov_deg\": …}}",
+             \"pitch_deg\": …}}, with \"fov_deg\", \"width\" and \"height\" where they differ",
             path.display()
         ))
     };
@@ -70,9 +88,16 @@ pub(crate) fn read_path(path: &Path) -> Result<Vec<Viewpoint>, Exit> {
         return Err(bad("it holds no view".to_owned()));
     }
     let viewpoint = |(index, entry): (usize, Entry)| {
+        let bad = |problem: String| bad(format!("view {}: {problem}", index + 1));
         let [x, y, z] = entry.position;
-        Viewpoint::new([x, y, z, entry.heading_deg, entry.pitch_deg], entry.fov_deg)
-            .map_err(|problem| bad(format!("view {}: {problem}", index + 1)))
+        let angles = [entry.heading_deg, entry.pitch_deg];
+        let viewpoint = Viewpoint::new([x, y, z, angles[0], angles[1]], entry.fov_deg);
+        let size = match (entry.width, entry.height) {
+            (None, None) => None,
+            (Some(width), Some(height)) => Some(Size::new(width, height).map_err(bad)?),
+            _ => return Err(bad("width and height go together".to_owned())),
+        };
+        Ok(Viewpoint { size, ..viewpoint.map_err(bad)? })
     };
     entries.into_iter().enumerate().map(viewpoint).collect()
 }
@@ -117,14 +142,7 @@ impl FromStr for Size {
         let wrong = || format!("{text:?} is not WIDTHxHEIGHT, as in 1024x512");
         let (width, height) = text.split_once('x').ok_or_else(wrong)?;
         let side = |side: &str| side.parse::<u32>().map_err(|_| wrong());
-        let size = UVec2::new(side(width)?, side(height)?);
-        let pixels = u64::from(size.x) * u64::from(size.y);
-        if pixels == 0 || pixels > MAX_PIXELS || size.max_element() > 16_384 {
-            return Err(format!(
-                "{text} pixels, must be at least 1x1, at most 16384 a side and {MAX_PIXELS} in all"
-            ));
-        }
-        Ok(Self(size))
+        Self::new(side(width)?, side(height)?)
     }
 }
 
@@ -166,6 +184,10 @@ mod tests {
         let views = read(&format!("[{good}]")).expect("good");
         assert_eq!(views, [Viewpoint::new([1.0, 2.0, 3.0, 4.0, 5.0], Some(70.0)).expect("good")]);
         let fault = |text: &str| read(text).expect_err("bad");
+        let truth = good.replace("}", r#","width":768,"height":576,"file":"view_001.png"}"#);
+        let view = read(&format!("[{truth}]")).expect("good")[0].view(60.0, None, Size(UVec2::ONE));
+        assert_eq!(view.size(), UVec2::new(768, 576));
+        assert!(fault(&format!("[{}]", truth.replace("768", "0"))).contains("0x576"));
         assert!(fault("[]").contains("no view"));
         assert!(fault(r#"[{"position":[1,2,3],"heading":4}]"#).contains("heading"));
         let steep = good.replace("\"pitch_deg\":5", "\"pitch_deg\":95");
