@@ -18,8 +18,9 @@ fi
 
 "$flaneur" serve "$folder/store" --listen "$listen" >"$folder/serve.out" &
 server=$!
-trap 'kill "$server" 2>/dev/null; wait "$server" 2>/dev/null' EXIT
-trap 'exit 130' INT TERM
+trap 'kill "$server" 2>/dev/null || :; wait "$server" 2>/dev/null || :' EXIT
+# Ctrl-C is how the demo ends.
+trap 'exit 0' INT TERM
 
 url=""
 for _ in $(seq 100); do
