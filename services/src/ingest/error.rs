@@ -104,6 +104,16 @@ impl BadInput {
             remedy: remedy.into(),
         }))
     }
+
+    /// A fault of a JSON file, at the line and column where its parser stopped.
+    pub fn json(file: &Path, fault: &serde_json::Error, remedy: impl Into<String>) -> IngestError {
+        let position = format!(" at line {} column {}", fault.line(), fault.column());
+        let text = fault.to_string();
+        let place = format!("line {}, column {}", fault.line(), fault.column());
+        // Faults of reading have no position.
+        let place = if fault.line() == 0 { String::new() } else { place };
+        Self::error(file, place, text.strip_suffix(&position).unwrap_or(&text), remedy)
+    }
 }
 
 impl fmt::Display for BadInput {
@@ -117,3 +127,15 @@ impl fmt::Display for BadInput {
 }
 
 impl std::error::Error for BadInput {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_place_of_a_json_fault_is_said_once() {
+        let fault = serde_json::from_str::<Vec<f64>>("[1,\n NaN]").expect_err("no JSON");
+        let error = BadInput::json(Path::new("list.json"), &fault, "give numbers");
+        assert_eq!(error.to_string(), "list.json, line 2, column 2: expected value; give numbers");
+    }
+}

@@ -36,7 +36,7 @@ pub(super) fn read(
     let fail = |problem: String| BadInput::error(path, "", problem, REMEDY);
     let parse = |visitor: &mut dyn FnMut(Limited, Allowance) -> serde_json::Result<()>| {
         let (source, allowance) = Limited::open(path).map_err(|error| fail(error.to_string()))?;
-        visitor(source, allowance).map_err(|error| fail(error.to_string()))
+        visitor(source, allowance).map_err(|error| BadInput::json(path, &error, REMEDY))
     };
     let most_vertices = collector.job().memory / 4 / size_of::<DVec3>() as u64;
     let mut model = Model::default();

@@ -33,7 +33,7 @@ pub(super) fn read(
     if let Some(error) = stopped {
         return Err(error);
     }
-    let named = outcome.map_err(|error| BadInput::error(path, "", error.to_string(), REMEDY))?;
+    let named = outcome.map_err(|error| BadInput::json(path, &error, REMEDY))?;
     named.map_or(Ok(()), |named| collector.check_crs(&named, crs))
 }
 

@@ -199,12 +199,12 @@ fn damaged_files_are_refused_with_place_and_remedy() {
         (
             "text.json",
             r#"{"type":"FeatureCollection","features":[{"geometry":{"type":"Polygon","coordinates":[[["a"]]]}}]}"#,
-            "line 1 column",
+            "line 1, column",
         ),
         (
             "nan.json",
             r#"{"type":"FeatureCollection","features":[{"geometry":{"type":"Polygon","coordinates":[[[NaN,0]]]}}]}"#,
-            "line 1 column",
+            "line 1, column",
         ),
         ("list.json", r#"{"type":"FeatureCollection"}"#, "without \"features\""),
         ("fgb.fgb", "fgb\u{3}fgb\u{1}", "byte"),
@@ -218,7 +218,7 @@ fn damaged_files_are_refused_with_place_and_remedy() {
     for (name, text, expected) in cases {
         let path = desk.file(name, text);
         let fault = desk.refusal(spec(path.clone(), constant()), &local());
-        assert!(fault.problem.contains(expected), "{name}: {fault}");
+        assert!(fault.to_string().contains(expected), "{name}: {fault}");
         assert_eq!(fault.file, path);
         assert!(!fault.remedy.is_empty());
     }

@@ -30,7 +30,7 @@ pub(super) fn read(job: &Job, path: &Path) -> Result<Vec<DVec3>, IngestError> {
     let samples = source
         .deserialize_seq(List { most })
         .and_then(|samples| source.end().map(|()| samples))
-        .map_err(|error| BadInput::error(path, "", error.to_string(), REMEDY))?;
+        .map_err(|error| BadInput::json(path, &error, REMEDY))?;
     let far = |sample: &DVec3| !sample.abs().cmple(DVec3::splat(FARTHEST_M)).all();
     if let Some(index) = samples.iter().position(far) {
         let problem = format!("{} is out of range", samples[index]);

@@ -173,7 +173,7 @@ fn bad_lists_are_named() {
         error.to_string().replace(&folder.path().display().to_string(), "")
     };
     assert!(refusal("[]").contains("the list is empty"));
-    assert!(refusal(r#"[{"e":1,"n":2,"h":3}"#).contains("line 1 column"));
+    assert!(refusal(r#"[{"e":1,"n":2,"h":3}"#).contains("line 1, column"));
     assert!(refusal(r#"[{"e":1,"n":2}]"#).contains("missing field `h`"));
     assert!(refusal(r#"[{"e":1e300,"n":2,"h":3}]"#).contains("out of range"));
     assert!(refusal(r#"[{"e":1e6,"n":2,"h":3}]"#).contains("CRS"), "far from the street");

@@ -125,10 +125,8 @@ fn csv_rows(file: &Path, text: &str) -> Result<Vec<Row>, IngestError> {
 
 fn geojson_rows(file: &Path, text: &str) -> Result<Vec<Row>, IngestError> {
     const REMEDY: &str = "give a FeatureCollection of Points in the street's CRS";
-    let document: Value = serde_json::from_str(text).map_err(|e| {
-        let place = format!("line {}, column {}", e.line(), e.column());
-        BadInput::error(file, place, e.to_string(), REMEDY)
-    })?;
+    let document: Value =
+        serde_json::from_str(text).map_err(|e| BadInput::json(file, &e, REMEDY))?;
     let features = document.get("features").and_then(Value::as_array);
     let features = features
         .ok_or_else(|| BadInput::error(file, "", "it has no list of \"features\"", REMEDY))?;

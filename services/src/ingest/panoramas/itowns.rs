@@ -36,10 +36,9 @@ pub(super) fn read_with(
     };
     let bytes = read_whole(job, &spec.poses)?;
     let published: Vec<PublishedPanorama> = serde_json::from_slice(&bytes).map_err(|e| {
-        BadInput::error(
+        BadInput::json(
             &spec.poses,
-            format!("line {}, column {}", e.line(), e.column()),
-            e.to_string(),
+            &e,
             "give a list of {\"id\", \"easting\", \"northing\", \"altitude\", \"heading\", \
              \"pitch\", \"roll\"}",
         )

@@ -28,14 +28,8 @@ pub(super) struct CalibratedCamera {
 pub(super) fn read(job: &Job, spec: &ItownsSpec) -> Result<Vec<CalibratedCamera>, IngestError> {
     let file = &spec.calibration;
     let bytes = read_whole(job, file)?;
-    let published: Vec<serde_json::Value> = serde_json::from_slice(&bytes).map_err(|e| {
-        BadInput::error(
-            file,
-            format!("line {}, column {}", e.line(), e.column()),
-            e.to_string(),
-            "give a JSON list of cameras",
-        )
-    })?;
+    let published: Vec<serde_json::Value> = serde_json::from_slice(&bytes)
+        .map_err(|e| BadInput::json(file, &e, "give a JSON list of cameras"))?;
     let mut cameras = Vec::with_capacity(published.len());
     let mut ids = HashSet::new();
     for (i, value) in published.into_iter().enumerate() {
