@@ -7,9 +7,7 @@ use flaneur_proto::FieldError;
 use tonic::{Code, Status};
 use tonic_types::{ErrorDetails, StatusExt};
 
-use crate::layers::copc::CopcError;
-use crate::layers::fgb::FgbError;
-use crate::layers::ground::GroundError;
+use crate::layers::LayerError;
 use crate::store::StoreError;
 
 /// INVALID_ARGUMENT that names the field, in words and as `google.rpc.BadRequest`.
@@ -62,8 +60,8 @@ pub(super) fn of_store(error: &StoreError) -> Status {
 }
 
 /// The status of a failure to read `layer` of a scene.
-pub(super) fn of_layer(layer: &str, error: &impl LayerError) -> Status {
-    if let Some(source) = error.store_error() {
+pub(super) fn of_layer(layer: &str, error: &LayerError) -> Status {
+    if let LayerError::Store(source) = error {
         return of_object_store(layer, source);
     }
     tracing::error!(%error, layer, "layer cannot be read");
@@ -78,30 +76,6 @@ pub(super) fn of_object_store(what: &str, error: &object_store::Error) -> Status
     }
     tracing::warn!(%error, what, "store failed");
     Status::unavailable(format!("the store did not give {what}; try again"))
-}
-
-/// What the readers of layers can fail with.
-pub(super) trait LayerError: std::error::Error {
-    /// The store's own failure, where it was that.
-    fn store_error(&self) -> Option<&object_store::Error>;
-}
-
-impl LayerError for FgbError {
-    fn store_error(&self) -> Option<&object_store::Error> {
-        if let Self::Store(source) = self { Some(source) } else { None }
-    }
-}
-
-impl LayerError for GroundError {
-    fn store_error(&self) -> Option<&object_store::Error> {
-        if let Self::Store(source) = self { Some(source) } else { None }
-    }
-}
-
-impl LayerError for CopcError {
-    fn store_error(&self) -> Option<&object_store::Error> {
-        if let Self::Store(source) = self { Some(source) } else { None }
-    }
 }
 
 fn damaged(what: &str) -> Status {

@@ -15,8 +15,9 @@ use object_store::path::Path;
 use serde_json::{Map, Value};
 
 use super::AttributeColumns;
-use super::fgb::{FgbCursor, FgbError, FgbFeature, FgbFile, Polygons, attributes};
+use super::fgb::{FgbCursor, FgbFeature, FgbFile, Polygons, attributes};
 use crate::crs::Crs;
+use crate::layers::LayerError;
 
 /// The column of identifiers.
 pub(crate) const ID: &str = "flaneur_id";
@@ -145,7 +146,7 @@ pub async fn open(
     path: Path,
     size: u64,
     region: Region,
-) -> Result<FootprintCursor, FgbError> {
+) -> Result<FootprintCursor, LayerError> {
     let file = FgbFile::open(store, path, size).await?;
     Ok(FootprintCursor { features: file.select(&region).await?, region })
 }
@@ -156,13 +157,13 @@ impl FootprintCursor {
     /// # Errors
     ///
     /// Where the store fails or the layer is damaged; the selection cannot be read further.
-    pub async fn next(&mut self) -> Result<Option<Footprint>, FgbError> {
+    pub async fn next(&mut self) -> Result<Option<Footprint>, LayerError> {
         loop {
             let offset = self.features.offset();
             let Some(feature) = self.features.next().await? else { return Ok(None) };
             let path = self.features.path();
             let footprint = decode(&feature, &self.features.header())
-                .map_err(|problem| FgbError::Damaged { path: path.to_string(), offset, problem })?;
+                .map_err(|problem| LayerError::at_byte(path, offset, problem))?;
             if self.region.meets(&footprint.bounds()) {
                 return Ok(Some(footprint));
             }

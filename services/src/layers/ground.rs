@@ -11,7 +11,7 @@ mod write;
 use flaneur_scene::Bounds3;
 use glam::{DVec2, DVec3};
 
-pub use read::{GroundCursor, GroundError, load, open};
+pub use read::{GroundCursor, load, open};
 pub use write::write;
 
 /// Nodes along a side of a tile of the file.

@@ -7,9 +7,11 @@
 
 mod attributes;
 pub mod copc;
+mod error;
 pub mod fgb;
 pub mod footprints;
 pub mod ground;
 pub mod panoramas;
 
 pub use attributes::AttributeColumns;
+pub use error::LayerError;

@@ -10,7 +10,8 @@ use object_store::{ObjectStore, ObjectStoreExt};
 use super::source::{Collector, Found};
 use crate::crs::Crs;
 use crate::ingest::{BadInput, IngestError};
-use crate::layers::fgb::{FgbError, FgbFile, Polygons, attributes};
+use crate::layers::LayerError;
+use crate::layers::fgb::{FgbFile, Polygons, attributes};
 
 /// Hands the features of the file at `path` to `collector`. The CRS in its header, where there
 /// is one, must agree with `crs`.
@@ -26,7 +27,7 @@ pub(super) fn read(
         let place = std::path::absolute(path)
             .map_err(|error| BadInput::error(path, "", error.to_string(), "check the file"))?;
         let place = object_store::path::Path::from_absolute_path(place)
-            .map_err(|error| fail(FgbError::Store(error.into())))?;
+            .map_err(|error| fail(LayerError::Store(error.into())))?;
         let store: Arc<dyn ObjectStore> = Arc::new(LocalFileSystem::new());
         let size = store.head(&place).await.map_err(|error| fail(error.into()))?.size;
         let file = FgbFile::open(store, place, size).await.map_err(fail)?;
@@ -39,9 +40,8 @@ pub(super) fn read(
         loop {
             let offset = features.offset();
             let Some(feature) = features.next().await.map_err(fail)? else { return Ok(()) };
-            let attributes = attributes(&feature, &header).map_err(|problem| {
-                fail(FgbError::Damaged { path: String::new(), offset, problem })
-            })?;
+            let attributes = attributes(&feature, &header)
+                .map_err(|problem| fail(LayerError::at_byte(features.path(), offset, problem)))?;
             let found = match feature.geometry() {
                 Some(geometry) => Polygons::of(&geometry, header.geometry_type()),
                 None => Err("it has no geometry".to_owned()),
@@ -55,10 +55,10 @@ pub(super) fn read(
     })
 }
 
-fn bad(path: &Path, error: FgbError) -> IngestError {
+fn bad(path: &Path, error: LayerError) -> IngestError {
     let (place, problem) = match error {
-        FgbError::Store(error) => (String::new(), error.to_string()),
-        FgbError::Damaged { offset, problem, .. } => (format!("byte {offset}"), problem),
+        LayerError::Store(error) => (String::new(), error.to_string()),
+        LayerError::Damaged { place, problem, .. } => (place, problem),
     };
     BadInput::error(path, place, problem, "export the FlatGeobuf again")
 }

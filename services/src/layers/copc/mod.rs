@@ -6,7 +6,7 @@ mod read;
 mod vlr;
 mod write;
 
-pub use read::{CopcError, CopcFile, Page, PageAddress, PageEntry, PageItem};
+pub use read::{CopcFile, Page, PageAddress, PageEntry, PageItem};
 pub use vlr::{Evlr, Vlr};
 pub(crate) use write::base_record_length;
 pub use write::{CopcHeader, CopcSummary, CopcWriter, NodeCompressor, compress_node};

@@ -10,6 +10,8 @@ use flaneur_scene::NodeKey;
 use object_store::path::Path;
 use object_store::{ObjectStore, ObjectStoreExt};
 
+use crate::layers::LayerError;
+
 /// A COPC object of a store, its header read and checked.
 #[derive(Clone, Debug)]
 pub struct CopcFile {
@@ -64,24 +66,6 @@ pub enum PageItem {
     Page(PageAddress),
 }
 
-/// Why a COPC object cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum CopcError {
-    /// The store did not give the bytes.
-    #[error(transparent)]
-    Store(#[from] object_store::Error),
-    /// The file breaks the format.
-    #[error("{path:?} is damaged at byte {offset}: {problem}; ingest the scene again")]
-    Damaged {
-        /// The object.
-        path: String,
-        /// Where in it.
-        offset: u64,
-        /// What is wrong, with the value.
-        problem: String,
-    },
-}
-
 /// LAS 1.4 header, header of the first variable length record, and its COPC information.
 const HEADER_BYTES: u64 = 375 + 54 + 160;
 
@@ -97,12 +81,8 @@ impl CopcFile {
         store: Arc<dyn ObjectStore>,
         path: Path,
         size: u64,
-    ) -> Result<Self, CopcError> {
-        let damaged = |offset, problem: String| CopcError::Damaged {
-            path: path.to_string(),
-            offset,
-            problem,
-        };
+    ) -> Result<Self, LayerError> {
+        let damaged = |offset, problem: String| LayerError::at_byte(&path, offset, problem);
         if size < HEADER_BYTES {
             return Err(damaged(0, format!("{size} bytes are no COPC file")));
         }
@@ -125,7 +105,7 @@ impl CopcFile {
     }
 
     /// Reads a page.
-    pub async fn page(&self, address: PageAddress) -> Result<Page, CopcError> {
+    pub async fn page(&self, address: PageAddress) -> Result<Page, LayerError> {
         self.check_page(&address, address.offset)?;
         let end = address.offset + u64::from(address.byte_size);
         let bytes = self.get(address.offset..end).await?;
@@ -143,7 +123,7 @@ impl CopcFile {
     }
 
     /// Bytes of the file, as many as asked for.
-    pub async fn get(&self, range: Range<u64>) -> Result<Bytes, CopcError> {
+    pub async fn get(&self, range: Range<u64>) -> Result<Bytes, LayerError> {
         let bytes = self.store.get_range(&self.path, range.clone()).await?;
         if bytes.len() as u64 != range.end - range.start {
             let problem = format!("the store gave {} bytes of {range:?}", bytes.len());
@@ -157,7 +137,7 @@ impl CopcFile {
         record: &[u8; ENTRY_BYTES],
         at: u64,
         page: &PageAddress,
-    ) -> Result<PageEntry, CopcError> {
+    ) -> Result<PageEntry, LayerError> {
         let damaged = |problem: String| self.damaged(at, problem);
         let [level, x, y, z] = [0, 4, 8, 12].map(|start| int(record, start));
         let (offset, byte_size) = (long(record, 16), int(record, 24));
@@ -193,7 +173,7 @@ impl CopcFile {
         Ok(PageEntry { key, item })
     }
 
-    fn check_page(&self, page: &PageAddress, at: u64) -> Result<(), CopcError> {
+    fn check_page(&self, page: &PageAddress, at: u64) -> Result<(), LayerError> {
         let PageAddress { key, offset, byte_size } = *page;
         let within = offset.checked_add(u64::from(byte_size)).is_some_and(|end| end <= self.size);
         let whole = byte_size > 0 && byte_size.is_multiple_of(ENTRY_BYTES as u32);
@@ -208,8 +188,8 @@ impl CopcFile {
         Ok(())
     }
 
-    fn damaged(&self, offset: u64, problem: String) -> CopcError {
-        CopcError::Damaged { path: self.path.to_string(), offset, problem }
+    fn damaged(&self, offset: u64, problem: String) -> LayerError {
+        LayerError::at_byte(&self.path, offset, problem)
     }
 }
 

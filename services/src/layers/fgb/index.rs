@@ -6,7 +6,8 @@ use std::ops::Range;
 use flaneur_scene::Bounds2;
 use glam::DVec2;
 
-use super::{FgbError, FgbFile, GAP};
+use super::{FgbFile, GAP};
+use crate::layers::LayerError;
 use object_store::ObjectStore;
 
 /// Where the levels of the tree lie in the file. The layout follows from the feature count
@@ -63,7 +64,7 @@ impl IndexLayout {
         &self,
         file: &FgbFile,
         bounds: &Bounds2,
-    ) -> Result<VecDeque<Range<u64>>, FgbError> {
+    ) -> Result<VecDeque<Range<u64>>, LayerError> {
         let mut runs: VecDeque<Range<u64>> = VecDeque::new();
         // Ranges of nodes on the current level whose boxes are to be tested, ascending.
         let mut candidates = vec![self.levels[0].clone()];
@@ -114,7 +115,7 @@ impl IndexLayout {
         runs: &mut VecDeque<Range<u64>>,
         nodes: &[(Bounds2, u64)],
         node_index: u64,
-    ) -> Result<(), FgbError> {
+    ) -> Result<(), LayerError> {
         let absolute = |offset: u64| self.end().checked_add(offset).filter(|&o| o < file.size);
         let start = nodes.first().and_then(|node| absolute(node.1));
         let end = nodes.get(1).map_or(Some(file.size), |node| absolute(node.1));

@@ -25,6 +25,8 @@ pub use feature::FgbFeature;
 use index::IndexLayout;
 pub use polygons::Polygons;
 
+use crate::layers::LayerError;
+
 /// A FlatGeobuf object of a store, its header read and checked.
 #[derive(Clone, Debug)]
 pub struct FgbFile {
@@ -49,24 +51,6 @@ pub struct FgbCursor {
     left: Option<u64>,
 }
 
-/// Why a FlatGeobuf cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum FgbError {
-    /// The store did not give the bytes.
-    #[error(transparent)]
-    Store(#[from] object_store::Error),
-    /// The file breaks the format.
-    #[error("{path:?} is damaged at byte {offset}: {problem}; ingest the scene again")]
-    Damaged {
-        /// The object.
-        path: String,
-        /// Where in it.
-        offset: u64,
-        /// What is wrong, with the value.
-        problem: String,
-    },
-}
-
 /// Magic bytes, of which the fourth is the version and the last the patch level.
 const MAGIC: [u8; 7] = *b"fgb\x03fgb";
 /// Magic bytes and the header's size.
@@ -86,9 +70,8 @@ impl FgbFile {
         store: Arc<dyn ObjectStore>,
         path: Path,
         size: u64,
-    ) -> Result<Self, FgbError> {
-        let damaged =
-            |offset, problem: String| FgbError::Damaged { path: path.to_string(), offset, problem };
+    ) -> Result<Self, LayerError> {
+        let damaged = |offset, problem: String| LayerError::at_byte(&path, offset, problem);
         if size < PREAMBLE {
             return Err(damaged(0, format!("{size} bytes are no FlatGeobuf")));
         }
@@ -137,7 +120,7 @@ impl FgbFile {
 
     /// All features whose box meets the region's rectangle, and possibly a few that lie
     /// between them in the file: the caller tests the geometry.
-    pub async fn select(&self, region: &Region) -> Result<FgbCursor, FgbError> {
+    pub async fn select(&self, region: &Region) -> Result<FgbCursor, LayerError> {
         let (runs, left) = match (region.bounds(), &self.index) {
             (Some(bounds), Some(index)) => (index.search(self, &bounds).await?, None),
             _ => (
@@ -149,14 +132,14 @@ impl FgbFile {
         Ok(FgbCursor { file: self.clone(), runs, buffer: BytesMut::new(), left })
     }
 
-    fn damaged(&self, offset: u64, problem: String) -> FgbError {
-        FgbError::Damaged { path: self.path.to_string(), offset, problem }
+    fn damaged(&self, offset: u64, problem: String) -> LayerError {
+        LayerError::at_byte(&self.path, offset, problem)
     }
 }
 
 impl FgbCursor {
     /// The next feature, or `None` after the last.
-    pub async fn next(&mut self) -> Result<Option<FgbFeature>, FgbError> {
+    pub async fn next(&mut self) -> Result<Option<FgbFeature>, LayerError> {
         while self.runs.front().is_some_and(|run| run.is_empty()) && self.buffer.is_empty() {
             self.runs.pop_front();
         }
@@ -199,7 +182,7 @@ impl FgbCursor {
     }
 
     /// Reads on until the buffer holds `length` bytes.
-    async fn fill(&mut self, length: usize) -> Result<(), FgbError> {
+    async fn fill(&mut self, length: usize) -> Result<(), LayerError> {
         let offset = self.offset();
         while self.buffer.len() < length {
             let missing = (length - self.buffer.len()) as u64;

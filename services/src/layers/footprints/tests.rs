@@ -54,7 +54,7 @@ fn write(footprints: &[Footprint]) -> Vec<u8> {
     std::fs::read(path).expect("written")
 }
 
-async fn read_all(bytes: &[u8], region: Region) -> Result<Vec<Footprint>, FgbError> {
+async fn read_all(bytes: &[u8], region: Region) -> Result<Vec<Footprint>, LayerError> {
     let store: Arc<dyn ObjectStore> = Arc::new(InMemory::new());
     let path = Path::from("s/footprints.fgb");
     store.put(&path, bytes.to_vec().into()).await.expect("memory");
@@ -119,7 +119,7 @@ async fn any_truncation_is_an_error() {
     let bytes = write(&city(40));
     for cut in (0..bytes.len()).step_by(97).chain([bytes.len() - 1]) {
         let error = read_all(&bytes[..cut], Region::All).await.expect_err("cut short");
-        assert!(matches!(error, FgbError::Damaged { .. }), "cut at {cut}: {error}");
+        assert!(matches!(error, LayerError::Damaged { .. }), "cut at {cut}: {error}");
     }
 }
 

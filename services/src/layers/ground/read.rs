@@ -17,24 +17,7 @@ use object_store::{ObjectStore, ObjectStoreExt};
 use tiff::tags::Tag;
 
 use super::{CELLS, FILE_TILE, GDAL_METADATA, GroundGrid, MAX_NODES, MAX_SIDE, UNCERTAINTY};
-
-/// Why a ground layer cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum GroundError {
-    /// The store did not give the bytes.
-    #[error(transparent)]
-    Store(#[from] object_store::Error),
-    /// The object is not a ground layer.
-    #[error("{path:?}, {place}: {problem}; ingest the scene again")]
-    Damaged {
-        /// The object.
-        path: String,
-        /// Where in it.
-        place: String,
-        /// What is wrong, with the value.
-        problem: String,
-    },
-}
+use crate::layers::LayerError;
 
 /// The tiles of a selection, one after the other, rows from the south, west to east.
 #[derive(Debug)]
@@ -75,7 +58,7 @@ pub async fn open(
     path: Path,
     size: u64,
     region: Region,
-) -> Result<GroundCursor, GroundError> {
+) -> Result<GroundCursor, LayerError> {
     Ok(GroundCursor { file: GroundFile::open(store, path, size).await?, region, next: 0 })
 }
 
@@ -84,7 +67,7 @@ pub async fn open(
 /// # Errors
 ///
 /// As [`open`].
-pub fn load(path: &std::path::Path) -> Result<GroundGrid, GroundError> {
+pub fn load(path: &std::path::Path) -> Result<GroundGrid, LayerError> {
     futures::executor::block_on(async {
         let place = Path::from_absolute_path(path).map_err(object_store::Error::from)?;
         let store: Arc<dyn ObjectStore> = Arc::new(LocalFileSystem::new());
@@ -110,7 +93,7 @@ impl GroundCursor {
     /// # Errors
     ///
     /// Where the store fails or the layer is damaged.
-    pub async fn next(&mut self) -> Result<Option<GroundTile>, GroundError> {
+    pub async fn next(&mut self) -> Result<Option<GroundTile>, LayerError> {
         let across = (self.file.columns - 1).div_ceil(CELLS);
         let down = (self.file.rows - 1).div_ceil(CELLS);
         while self.next < across * down {
@@ -137,7 +120,7 @@ impl GroundCursor {
 }
 
 impl GroundFile {
-    async fn open(store: Arc<dyn ObjectStore>, path: Path, size: u64) -> Result<Self, GroundError> {
+    async fn open(store: Arc<dyn ObjectStore>, path: Path, size: u64) -> Result<Self, LayerError> {
         let damaged = |place: &str, problem: String| damaged(&path, place, problem);
         if size < 8 {
             return Err(damaged("header", format!("{size} bytes are no TIFF")));
@@ -228,7 +211,7 @@ impl GroundFile {
         &self,
         columns: &Range<u32>,
         rows: &Range<u32>,
-    ) -> Result<Vec<f32>, GroundError> {
+    ) -> Result<Vec<f32>, LayerError> {
         let across = self.columns.div_ceil(FILE_TILE);
         // Rows of the file run from the north.
         let (north, south) = (self.rows - rows.end, self.rows - 1 - rows.start);
@@ -351,6 +334,6 @@ fn uncertainty(metadata: &[u8]) -> Option<f64> {
     value.parse().ok().filter(|value: &f64| *value >= 0.0)
 }
 
-fn damaged(path: &Path, place: &str, problem: String) -> GroundError {
-    GroundError::Damaged { path: path.to_string(), place: place.to_owned(), problem }
+fn damaged(path: &Path, place: &str, problem: String) -> LayerError {
+    LayerError::damaged(path, place, problem)
 }

@@ -8,6 +8,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::crs::Crs;
+use crate::layers::LayerError;
 
 /// A grid whose every height says where it is.
 fn grid(columns: u32, rows: u32) -> GroundGrid {
@@ -35,7 +36,7 @@ fn written(grid: &GroundGrid, crs: &str) -> Vec<u8> {
     std::fs::read(path).expect("written")
 }
 
-async fn tiles(bytes: &[u8], region: Region) -> Result<Vec<GroundTile>, GroundError> {
+async fn tiles(bytes: &[u8], region: Region) -> Result<Vec<GroundTile>, LayerError> {
     let store: Arc<dyn ObjectStore> = Arc::new(InMemory::new());
     let path = Path::from("s/ground.tif");
     store.put(&path, bytes.to_vec().into()).await.expect("memory");

@@ -9,7 +9,8 @@ use object_store::ObjectStore;
 use object_store::path::Path;
 
 use super::COLUMNS;
-use crate::layers::fgb::{FgbCursor, FgbError, FgbFeature, FgbFile};
+use crate::layers::LayerError;
+use crate::layers::fgb::{FgbCursor, FgbFeature, FgbFile};
 
 /// The panoramas of a selection, one after the other, in the file's order.
 #[derive(Debug)]
@@ -26,7 +27,7 @@ pub async fn read(
     path: Path,
     size: u64,
     region: Region,
-) -> Result<Vec<Panorama>, FgbError> {
+) -> Result<Vec<Panorama>, LayerError> {
     let mut cursor = open(store, path, size, region).await?;
     let mut panoramas = Vec::new();
     while let Some(panorama) = cursor.next().await? {
@@ -45,22 +46,20 @@ pub async fn open(
     path: Path,
     size: u64,
     region: Region,
-) -> Result<PanoramaCursor, FgbError> {
+) -> Result<PanoramaCursor, LayerError> {
     let file = FgbFile::open(store, path, size).await?;
     Ok(PanoramaCursor { features: file.select(&region).await?, region })
 }
 
 impl PanoramaCursor {
     /// The next panorama, or `None` after the last.
-    pub async fn next(&mut self) -> Result<Option<Panorama>, FgbError> {
+    pub async fn next(&mut self) -> Result<Option<Panorama>, LayerError> {
         loop {
             let offset = self.features.offset();
             let Some(feature) = self.features.next().await? else { return Ok(None) };
-            let panorama = self.decode(&feature).map_err(|problem| FgbError::Damaged {
-                path: self.features.path().to_string(),
-                offset,
-                problem,
-            })?;
+            let panorama = self
+                .decode(&feature)
+                .map_err(|problem| LayerError::at_byte(self.features.path(), offset, problem))?;
             let position = panorama.position.truncate();
             if self.region.meets(&Bounds2 { min: position, max: position }) {
                 return Ok(Some(panorama));

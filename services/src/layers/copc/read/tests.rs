@@ -70,7 +70,7 @@ fn copc_bytes() -> Vec<u8> {
     std::fs::read(path).expect("written")
 }
 
-async fn open(bytes: &[u8]) -> Result<CopcFile, CopcError> {
+async fn open(bytes: &[u8]) -> Result<CopcFile, LayerError> {
     let store = Arc::new(InMemory::new());
     let path = Path::from("a.copc.laz");
     store.put(&path, bytes.to_vec().into()).await.expect("memory");
@@ -78,7 +78,7 @@ async fn open(bytes: &[u8]) -> Result<CopcFile, CopcError> {
 }
 
 /// Every node that the pages list, down from the root.
-async fn walk(file: &CopcFile) -> Result<(usize, BTreeMap<NodeKey, PageItem>), CopcError> {
+async fn walk(file: &CopcFile) -> Result<(usize, BTreeMap<NodeKey, PageItem>), LayerError> {
     let (mut pages, mut nodes) = (vec![file.root()], BTreeMap::new());
     let mut next = 0;
     let mut read = 0;

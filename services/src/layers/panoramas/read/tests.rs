@@ -68,7 +68,7 @@ fn table(count: u32) -> (Vec<Panorama>, Vec<u8>) {
     (panoramas, bytes)
 }
 
-async fn read_bytes(bytes: Vec<u8>, region: Region) -> Result<Vec<Panorama>, FgbError> {
+async fn read_bytes(bytes: Vec<u8>, region: Region) -> Result<Vec<Panorama>, LayerError> {
     let (store, path, size) = stored(bytes).await;
     read(store, path, size, region).await
 }
