@@ -218,7 +218,8 @@ fn damaged_files_are_refused_with_place_and_remedy() {
     for (name, text, expected) in cases {
         let path = desk.file(name, text);
         let fault = desk.refusal(spec(path.clone(), constant()), &local());
-        assert!(fault.to_string().contains(expected), "{name}: {fault}");
+        let said = format!("{}: {}", fault.place, fault.problem);
+        assert!(said.contains(expected), "{name}: {fault}");
         assert_eq!(fault.file, path);
         assert!(!fault.remedy.is_empty());
     }

@@ -121,7 +121,7 @@ impl GroundCursor {
 
 impl GroundFile {
     async fn open(store: Arc<dyn ObjectStore>, path: Path, size: u64) -> Result<Self, LayerError> {
-        let damaged = |place: &str, problem: String| damaged(&path, place, problem);
+        let damaged = |place: &str, problem: String| LayerError::damaged(&path, place, problem);
         if size < 8 {
             return Err(damaged("header", format!("{size} bytes are no TIFF")));
         }
@@ -228,7 +228,7 @@ impl GroundFile {
         let pieces = self.store.get_ranges(&self.path, &ranges).await?;
         if pieces.len() != tiles.len() || pieces.iter().any(|p| p.len() as u64 != TILE_BYTES) {
             let problem = format!("the store gave less than the {} bytes listed", self.size);
-            return Err(damaged(&self.path, "tiles", problem));
+            return Err(LayerError::damaged(&self.path, "tiles", problem));
         }
         let pieces: HashMap<u32, Bytes> = tiles.into_iter().zip(pieces).collect();
         let height = |column: u32, row: u32| {
@@ -332,8 +332,4 @@ fn uncertainty(metadata: &[u8]) -> Option<f64> {
     let (_, rest) = text.split_once(&format!("name=\"{UNCERTAINTY}\">"))?;
     let (value, _) = rest.split_once('<')?;
     value.parse().ok().filter(|value: &f64| *value >= 0.0)
-}
-
-fn damaged(path: &Path, place: &str, problem: String) -> LayerError {
-    LayerError::damaged(path, place, problem)
 }
