@@ -22,7 +22,7 @@ pub struct PointChunk {
     pub origin: DVec3,
     /// Positions relative to the origin, metres.
     pub positions: Vec<[f32; 3]>,
-    /// Colours, sRGB; empty where the survey has none.
+    /// Colours, sRGB; empty where the survey has none, black where a point has none.
     pub colours: Vec<[u8; 3]>,
     /// Return intensities; empty where the survey has none.
     pub intensities: Vec<u16>,

@@ -76,6 +76,8 @@ fn set_radius(record: &mut Record, code: u32) {
 
 #[cfg(test)]
 mod tests {
+    use flaneur_scene::{NodeKey, PointNodeId};
+
     use super::*;
 
     #[test]
@@ -84,6 +86,22 @@ mod tests {
             let decoded = 0.001 * (radius_code(radius_m) as f32 * 0.125).exp2();
             assert!((decoded / radius_m).log2().abs() <= 0.0626, "{radius_m} {decoded}");
         }
+    }
+
+    #[test]
+    fn black_points_are_uncoloured() {
+        let chunk = PointChunk {
+            id: PointNodeId { source: 0, key: NodeKey::ROOT },
+            origin: DVec3::ZERO,
+            positions: vec![[0.0; 3]; 2],
+            colours: vec![[0, 0, 0], [0, 0, 1]],
+            intensities: Vec::new(),
+            classes: vec![0; 2],
+            spacing_m: 0.1,
+        };
+        let (records, _) = records(&chunk, 40);
+        assert_eq!(records[0][3] & HAS_COLOUR, 0);
+        assert_eq!(records[1][3] & (HAS_COLOUR | 0xff_ffff), HAS_COLOUR | 1 << 16);
     }
 
     #[test]
