@@ -84,6 +84,7 @@ async fn a_scene_streams() {
     order_is_sensible(&street).await;
     the_outcome_does_not_depend_on_what_was_before(&street).await;
     budgets_and_exclusions_hold(&street).await;
+    normals_come_where_they_are_asked_for(&street).await;
     cancelling_ends_the_stream(&street).await;
     unknown_scenes_are_named(&street).await;
 }
@@ -180,6 +181,27 @@ async fn budgets_and_exclusions_hold(street: &SampleStreet) {
     assert!(held.nodes.values().map(Vec::len).sum::<usize>() <= 3000);
     assert!(held.images.values().map(|(_, rgba)| rgba.len() / 4).sum::<usize>() <= 100_000);
     assert!(!held.images.is_empty() && !held.images.contains_key(&excluded));
+}
+
+/// Points that a receiver holds without normals come again with them, and the reverse.
+async fn normals_come_where_they_are_asked_for(street: &SampleStreet) {
+    let mut streamer = streamer(street).await;
+    let eye = eyes(&streamer).await[0];
+    for (normals, expected) in [(false, true), (true, true), (true, false), (false, true)] {
+        let request = ViewRequest { normals, ..ViewRequest::new(view(eye, 1.5)) };
+        let mut sent = false;
+        for update in updates(&mut streamer, request).await.0 {
+            let SceneUpdate::Points(chunk) = update else { continue };
+            sent = true;
+            let count = if normals { chunk.positions.len() } else { 0 };
+            assert_eq!(chunk.normals.len(), count);
+            if chunk.positions.len() > 2000 {
+                let oriented = chunk.normals.iter().filter(|&&normal| normal != [0.0; 3]).count();
+                assert!(!normals || 2 * oriented > count, "{oriented} of {count}");
+            }
+        }
+        assert_eq!(sent, expected, "normals: {normals}");
+    }
 }
 
 async fn cancelling_ends_the_stream(street: &SampleStreet) {

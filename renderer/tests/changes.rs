@@ -132,6 +132,7 @@ fn next_to_nothing_is_a_picture_too() {
         colours: vec![[9; 3], [200, 100, 50], [9; 3], [9; 3], [9; 3]],
         intensities: Vec::new(),
         classes: Vec::new(),
+        normals: Vec::new(),
         spacing_m: 0.1,
     };
     empty.apply(points_update(chunk.clone())).expect("bad points are left out");
@@ -157,6 +158,7 @@ fn a_million_points_on_one_pixel_come_to_an_end() {
         colours: Vec::new(),
         intensities: Vec::new(),
         classes: Vec::new(),
+        normals: Vec::new(),
         spacing_m: 0.01,
     };
     let mut renderer = renderer(Settings::default(), vec![points_update(chunk)]);

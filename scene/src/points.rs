@@ -28,6 +28,9 @@ pub struct PointChunk {
     pub intensities: Vec<u16>,
     /// LAS classes.
     pub classes: Vec<u8>,
+    /// Unit normals of the surface, of either sign; zero where a point's neighbours are no
+    /// surface. Empty where none were asked for.
+    pub normals: Vec<[f32; 3]>,
     /// Typical distance between the points of this level, metres: sets the splat size.
     pub spacing_m: f32,
 }

@@ -16,12 +16,17 @@ pub struct ViewRequest {
     pub budget: Budget,
     /// Which photographs must not be used.
     pub excluded: Arc<dyn Fn(&ImageId) -> bool + Send + Sync>,
+    /// Whether points come with normals, estimated as they arrive: some 0.2 µs a point, beside
+    /// what decoding takes.
+    pub normals: bool,
 }
 
 impl ViewRequest {
-    /// A request for `view` within the default budget, from all photographs.
+    /// A request for `view` within the default budget, from all photographs and points as
+    /// they are stored.
     pub fn new(view: View) -> Self {
-        Self { view, budget: Budget::default(), excluded: Arc::new(|_| false) }
+        let excluded = Arc::new(|_: &ImageId| false);
+        Self { view, budget: Budget::default(), excluded, normals: false }
     }
 }
 
@@ -30,6 +35,7 @@ impl fmt::Debug for ViewRequest {
         f.debug_struct("ViewRequest")
             .field("view", &self.view)
             .field("budget", &self.budget)
+            .field("normals", &self.normals)
             .finish_non_exhaustive()
     }
 }

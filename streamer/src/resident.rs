@@ -11,8 +11,8 @@ pub(crate) struct Resident {
     pub(crate) tiles: BTreeSet<TileKey>,
     /// Photographs with their levels.
     pub(crate) images: BTreeMap<ImageId, u32>,
-    /// Point nodes.
-    pub(crate) nodes: BTreeSet<PointNodeId>,
+    /// Point nodes, and whether their points have normals; none where no point is left.
+    pub(crate) nodes: BTreeMap<PointNodeId, Option<bool>>,
 }
 
 impl Resident {
@@ -23,7 +23,10 @@ impl Resident {
             SceneUpdate::DropMesh(key) => _ = self.tiles.remove(key),
             SceneUpdate::Image(image) => _ = self.images.insert(image.id.clone(), image.level),
             SceneUpdate::DropImage(id) => _ = self.images.remove(id),
-            SceneUpdate::Points(chunk) => _ = self.nodes.insert(chunk.id),
+            SceneUpdate::Points(chunk) => {
+                let normals = (!chunk.positions.is_empty()).then_some(!chunk.normals.is_empty());
+                self.nodes.insert(chunk.id, normals);
+            }
             SceneUpdate::DropPoints(id) => _ = self.nodes.remove(id),
         }
     }

@@ -97,6 +97,7 @@ mod tests {
             colours: vec![[0, 0, 0], [0, 0, 1]],
             intensities: Vec::new(),
             classes: vec![0; 2],
+            normals: Vec::new(),
             spacing_m: 0.1,
         };
         let (records, _) = records(&chunk, 40);

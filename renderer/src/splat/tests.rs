@@ -49,6 +49,7 @@ fn chunk(camera: &PosedCamera, spacing_m: f32) -> PointChunk {
         colours: Vec::new(),
         intensities: Vec::new(),
         classes: Vec::new(),
+        normals: Vec::new(),
         spacing_m,
     }
 }

@@ -188,6 +188,7 @@ impl Street {
             colours: Vec::new(),
             intensities: Vec::new(),
             classes: Vec::new(),
+            normals: Vec::new(),
             spacing_m: spacing_m as f32,
         }
     }

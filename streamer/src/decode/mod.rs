@@ -4,6 +4,7 @@ mod colour;
 mod cube;
 mod laz;
 mod mask;
+mod normals;
 mod picture;
 mod points;
 mod spacing;

@@ -6,6 +6,7 @@ use glam::IVec3;
 use super::colour::eight_bit_colours;
 use super::damaged;
 use super::laz::Records;
+use super::normals::normals;
 use super::spacing::typical_spacing_m;
 use crate::StreamError;
 
@@ -22,12 +23,13 @@ const WITHHELD: u8 = 0b100;
 /// Positions are relative to the centre of the node's cell, whose size bounds them: at f32
 /// they are exact to 2⁻²⁴ of it. Points that the survey marks as withheld are left out.
 /// A chunk whose sizes contradict each other, or with a point outside its node's cell by more
-/// than the cell's size, is damaged.
+/// than the cell's size, is damaged. Normals are estimated where they are asked for.
 pub(crate) fn decode_points(
     source: &PointSource,
     id: PointNodeId,
     node: &Node,
     chunk: &[u8],
+    with_normals: bool,
 ) -> Result<PointChunk, StreamError> {
     let what = || format!("node {:?} of point source {:?}", node.key, source.name);
     let bounds = source.cube.node_bounds(node.key);
@@ -76,6 +78,7 @@ pub(crate) fn decode_points(
     }
     let least_m = source.cube.level_spacing_m(node.key.level) as f32;
     let spacing_m = typical_spacing_m(&positions, least_m);
+    let normals = if with_normals { normals(&positions, spacing_m) } else { Vec::new() };
     Ok(PointChunk {
         id,
         origin,
@@ -83,6 +86,7 @@ pub(crate) fn decode_points(
         colours: eight_bit_colours(&colours),
         intensities,
         classes,
+        normals,
         spacing_m,
     })
 }

@@ -11,7 +11,7 @@ use flaneur_scene::{SceneInfo, SceneUpdate, TileKey};
 use futures::{Stream, TryStreamExt};
 use tokio::sync::mpsc;
 
-use crate::choose::Hierarchy;
+use crate::choose::{Hierarchy, WantedNode};
 use crate::decode::{Decoders, Mask};
 use crate::resident::Resident;
 use crate::{Client, Event, Progress, StreamError, ViewRequest};
@@ -51,8 +51,11 @@ impl Fetch {
         // What is wanted of photographs and points is found out while the mesh arrives.
         let (tiles, images, nodes) =
             tokio::try_join!(self.mesh(&outlet), self.wanted_images(), self.wanted_nodes())?;
-        let new_nodes: Vec<_> =
-            nodes.iter().filter(|w| !self.resident.nodes.contains(&w.id)).copied().collect();
+        let held = |wanted: &WantedNode| {
+            let normals = self.resident.nodes.get(&wanted.id);
+            normals.is_some_and(|normals| normals.is_none_or(|n| n == self.request.normals))
+        };
+        let new_nodes: Vec<_> = nodes.iter().filter(|w| !held(w)).copied().collect();
         let (first, finer) = self.image_steps(&images);
         let masks = self.masks(&images).await?;
         let mut remaining = photographs(&first) + new_nodes.len() + photographs(&finer);
@@ -69,7 +72,7 @@ impl Fetch {
         for id in self.resident.images.keys().filter(|id| !kept_images.contains(id)) {
             outlet.update(SceneUpdate::DropImage(id.clone())).await?;
         }
-        for id in self.resident.nodes.difference(&kept_nodes) {
+        for id in self.resident.nodes.keys().filter(|id| !kept_nodes.contains(id)) {
             outlet.update(SceneUpdate::DropPoints(*id)).await?;
         }
         outlet.progress(0, true).await

@@ -49,6 +49,7 @@ impl Fetch {
         let Some(first) = nodes.first() else { return Ok(Vec::new()) };
         let source_index = usize::from(first.id.source);
         let source = &self.scene.point_sources[source_index];
+        let normals = self.request.normals;
         let limit = nodes.iter().map(|wanted| u64::from(wanted.node.byte_size)).max().unwrap_or(0);
         let keys = nodes.iter().map(|wanted| wanted.id.key).collect();
         let mut chunks = self.client.chunks(&source.name, keys, limit).await?;
@@ -60,7 +61,7 @@ impl Fetch {
             decoded.push(async move {
                 let decode = move || {
                     let source = &scene.point_sources[source_index];
-                    decode_points(source, wanted.id, &wanted.node, &chunk.bytes)
+                    decode_points(source, wanted.id, &wanted.node, &chunk.bytes, normals)
                 };
                 let chunk = self.known.decoders.run(&what, decode).await?;
                 Ok(SceneUpdate::Points(Arc::new(chunk)))

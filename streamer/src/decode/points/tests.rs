@@ -74,10 +74,11 @@ fn three() -> Vec<Vec<u8>> {
 fn points_come_back() {
     let source = source();
     let chunk = compress(&source, &three());
-    let points = decode_points(&source, ID, &node(3, &chunk), &chunk).expect("sound");
+    let points = decode_points(&source, ID, &node(3, &chunk), &chunk, true).expect("sound");
     assert_eq!(points.id, ID);
     assert_eq!(points.classes, [2, 6]);
     assert_eq!(points.intensities, [10, 30]);
+    assert_eq!(points.normals, [[0.0; 3]; 2], "two points are no surface");
     assert_eq!(points.colours, [[18, 52, 254], [255, 0, 128]]);
     assert!((f64::from(points.spacing_m) - 0.25).abs() < 1e-9);
     let want =
@@ -97,6 +98,7 @@ fn contradictions_are_damage() {
         ID,
         &node(points, chunk),
         chunk,
+        false,
     )
     .expect_err("damaged")
     {
@@ -134,7 +136,7 @@ proptest! {
         let index = at % chunk.len();
         chunk[index] = to;
         let node = node(3, &chunk);
-        let outcome = std::panic::catch_unwind(|| decode_points(&source, ID, &node, &chunk));
+        let outcome = std::panic::catch_unwind(|| decode_points(&source, ID, &node, &chunk, true));
         if let Ok(Ok(points)) = outcome {
             prop_assert!(points.positions.len() <= 3);
             prop_assert!(points.positions.iter().flatten().all(|v| v.is_finite()));
