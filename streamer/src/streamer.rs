@@ -4,13 +4,13 @@ use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
-use flaneur_scene::SceneInfo;
+use flaneur_scene::{ImageId, ImageUpdate, Panorama, SceneInfo};
 use futures::Stream;
 use tokio::sync::mpsc;
 use tokio_util::sync::{CancellationToken, DropGuard};
 use tonic::transport::Channel;
 
-use crate::fetch::{Fetch, Known};
+use crate::fetch::{self, Fetch, Known};
 use crate::resident::Resident;
 use crate::{Client, Event, StreamError, ViewRequest};
 
@@ -43,6 +43,20 @@ impl Streamer {
     /// The client, for calls beside the stream.
     pub fn client(&self) -> &Client {
         &self.client
+    }
+
+    /// The photograph `id` of `panorama` as it is stored: its finest level with its mask, a face
+    /// of a sphere resampled. `None` where the panorama has none of that name. The receiver's
+    /// holdings do not change.
+    ///
+    /// # Errors
+    /// Where the service fails, or sends what is no such picture.
+    pub async fn photograph(
+        &self,
+        panorama: &Arc<Panorama>,
+        id: &ImageId,
+    ) -> Result<Option<Arc<ImageUpdate>>, StreamError> {
+        fetch::photograph(&self.client, &self.known, panorama, id).await
     }
 
     /// Everything that `request` wants and the receiver does not hold: buildings and terrain, a

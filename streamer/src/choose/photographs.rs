@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use flaneur_proto::v1;
 use flaneur_scene::{
-    Distortion, IdError, ImageId, Panorama, PosedCamera, Projection, RigCamera, View,
+    CUBE_FACES, Distortion, IdError, ImageId, Panorama, PosedCamera, Projection, RigCamera, View,
 };
 use glam::{DVec2, DVec3, UVec2};
 
@@ -32,7 +32,7 @@ pub(crate) struct WantedImage {
     pub(crate) camera: usize,
     /// The photographs that it gives and that are wanted, with their cameras at level 0. For a
     /// sphere also the index of each one's cube face.
-    pub(crate) photographs: Vec<(ImageId, PosedCamera, Option<usize>)>,
+    pub(crate) photographs: Photographs,
     /// The level that the view asks for.
     pub(crate) level: u32,
     /// A coarse level to begin with: at least `level`.
@@ -111,27 +111,60 @@ pub(crate) fn choose_photographs(
     Ok(wanted)
 }
 
+/// A stored image's photographs: name, camera at level 0, and of a sphere the index of its face.
+type Photographs = Vec<(ImageId, PosedCamera, Option<usize>)>;
+
+impl WantedImage {
+    /// The stored image that gives the photograph `id`, at its finest level, with that photograph
+    /// alone; `None` where `panorama` has none of that name.
+    pub(crate) fn finest(panorama: &Arc<Panorama>, id: &ImageId) -> Result<Option<Self>, IdError> {
+        let mut stored = stored_images(panorama)?.into_iter().enumerate();
+        Ok(stored.find_map(|(camera, mut photographs)| {
+            photographs.retain(|(of_image, ..)| of_image == id);
+            let panorama = Arc::clone(panorama);
+            (!photographs.is_empty()).then_some(Self {
+                panorama,
+                camera,
+                photographs,
+                level: 0,
+                first_level: 0,
+            })
+        }))
+    }
+}
+
+/// The photographs that each camera's stored image gives, in the cameras' order.
+fn stored_images(panorama: &Panorama) -> Result<Vec<Photographs>, IdError> {
+    let mut all = panorama.photographs()?.into_iter();
+    let of_camera = |camera: &RigCamera| {
+        let faces = match camera.projection {
+            Projection::Pinhole(_) => 1,
+            Projection::Equirectangular { .. } => CUBE_FACES.len(),
+        };
+        let named = all.by_ref().take(faces).enumerate();
+        named.map(|(face, (id, posed))| (id, posed, (faces > 1).then_some(face))).collect()
+    };
+    Ok(panorama.cameras.iter().map(of_camera).collect())
+}
+
 fn images_of(
     panorama: &Arc<Panorama>,
     samples: &Samples,
     excluded: &(dyn Fn(&ImageId) -> bool + Send + Sync),
 ) -> Result<Vec<WantedImage>, IdError> {
-    let mut all = panorama.photographs()?.into_iter();
     let mut images = Vec::new();
-    for (index, camera) in panorama.cameras.iter().enumerate() {
-        let faces = match camera.projection {
-            Projection::Pinhole(_) => 1,
-            Projection::Equirectangular { .. } => 6,
-        };
-        let mut photographs = Vec::new();
+    let stored = stored_images(panorama)?.into_iter();
+    for (index, (camera, stored)) in panorama.cameras.iter().zip(stored).enumerate() {
+        let mut photographs = Photographs::new();
         let mut level = u32::MAX;
-        for (face, (id, posed)) in all.by_ref().take(faces).enumerate() {
-            if excluded(&id) {
+        for photograph in stored {
+            let (id, posed, _) = &photograph;
+            if excluded(id) {
                 continue;
             }
-            if let Some(sharpness) = samples.sharpness(&posed) {
+            if let Some(sharpness) = samples.sharpness(posed) {
                 level = level.min(sharpness.log2().max(0.0) as u32);
-                photographs.push((id, posed, (faces > 1).then_some(face)));
+                photographs.push(photograph);
             }
         }
         if photographs.is_empty() || camera.levels == 0 {

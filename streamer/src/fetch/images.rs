@@ -8,11 +8,11 @@ use flaneur_scene::{CUBE_FACES, ImageId, ImageUpdate, Panorama, Projection, Regi
 use futures::{Stream, StreamExt, TryStreamExt, future, stream};
 use glam::UVec2;
 
-use super::{BATCHES, Fetch};
-use crate::StreamError;
+use super::{BATCHES, Fetch, Known};
 use crate::choose::{WantedImage, choose_photographs};
 use crate::client::Payload;
 use crate::decode::{Mask, Picture, cube_face, damaged, decode_mask, decode_picture};
+use crate::{Client, StreamError};
 
 /// Images a request.
 const BATCH_IMAGES: usize = 4;
@@ -31,14 +31,12 @@ pub(super) struct Step {
     level: u32,
 }
 
+/// Masks by name.
 type Masks = HashMap<String, Arc<Mask>>;
 
 impl Fetch {
     /// The images that the view wants, from the nearest panoramas.
     pub(super) async fn wanted_images(&self) -> Result<Vec<WantedImage>, StreamError> {
-        let ids = |e: flaneur_scene::IdError| {
-            StreamError::field("StreamPanoramas")(FieldError::new("id", e.to_string()))
-        };
         let request = &self.request;
         if self.scene.panoramas == 0 {
             return Ok(Vec::new());
@@ -48,7 +46,7 @@ impl Fetch {
         let mut panoramas = std::pin::pin!(self.client.panoramas(disc).await?);
         let mut candidates: Vec<Arc<Panorama>> = Vec::new();
         while let Some(panorama) = panoramas.try_next().await? {
-            let photographs = panorama.photographs().map_err(ids)?;
+            let photographs = panorama.photographs().map_err(|e| bad_id(&e))?;
             if !photographs.iter().all(|(id, _)| (request.excluded)(id)) {
                 candidates.push(Arc::new(panorama));
             }
@@ -57,7 +55,7 @@ impl Fetch {
             }
         }
         choose_photographs(candidates, &request.view, &request.budget, &*request.excluded)
-            .map_err(ids)
+            .map_err(|e| bad_id(&e))
     }
 
     /// What is to be fetched of `images`: first a coarse level of those that the receiver does
@@ -81,37 +79,6 @@ impl Fetch {
         (first, finer)
     }
 
-    /// The masks of `images`, by name.
-    pub(super) async fn masks(&self, images: &[WantedImage]) -> Result<Masks, StreamError> {
-        let mut missing = BTreeMap::new();
-        let mut masks = self.known.masks.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        for image in images {
-            if let Some(mask) = &image.rig_camera().mask
-                && !masks.contains_key(mask)
-            {
-                missing.insert(mask.clone(), image.key(0, v1::ImageLayer::Mask));
-            }
-        }
-        if missing.is_empty() {
-            return Ok(masks);
-        }
-        let keys = missing.values().cloned().collect();
-        let mut payloads = self.client.images(keys, MAX_PIXELS).await?;
-        for name in missing.into_keys() {
-            let Some(payload) = payloads.next().await? else { break };
-            let what = format!("mask {name:?}");
-            let decode = {
-                let what = what.clone();
-                move || decode_mask(&what, &payload.media_type, &payload.bytes)
-            };
-            let mask = Arc::new(self.known.decoders.run(&what, decode).await?);
-            masks.insert(name.clone(), Arc::clone(&mask));
-            let mut known = self.known.masks.lock().unwrap_or_else(PoisonError::into_inner);
-            known.insert(name, mask);
-        }
-        Ok(masks)
-    }
-
     /// The updates that bring `steps`, in their order.
     pub(super) fn image_updates<'a>(
         &'a self,
@@ -119,33 +86,96 @@ impl Fetch {
         masks: &'a Masks,
     ) -> impl Stream<Item = Result<Vec<SceneUpdate>, StreamError>> + use<'a> {
         let batches: Vec<Vec<Step>> = steps.chunks(BATCH_IMAGES).map(<[Step]>::to_vec).collect();
-        stream::iter(batches.into_iter().map(|batch| self.image_batch(batch, masks)))
-            .buffered(BATCHES)
+        stream::iter(
+            batches.into_iter().map(|batch| image_batch(&self.client, &self.known, batch, masks)),
+        )
+        .buffered(BATCHES)
     }
+}
 
-    async fn image_batch(
-        &self,
-        steps: Vec<Step>,
-        masks: &Masks,
-    ) -> Result<Vec<SceneUpdate>, StreamError> {
-        let mut limit = 0;
-        for step in &steps {
-            limit = limit.max(step.max_bytes()?);
+/// The photograph `id` of `panorama` as it is stored, at its finest level; `None` where the
+/// panorama has none of that name.
+pub(crate) async fn photograph(
+    client: &Client,
+    known: &Known,
+    panorama: &Arc<Panorama>,
+    id: &ImageId,
+) -> Result<Option<Arc<ImageUpdate>>, StreamError> {
+    let Some(image) = WantedImage::finest(panorama, id).map_err(|e| bad_id(&e))? else {
+        return Ok(None);
+    };
+    let masks = masks(client, known, std::slice::from_ref(&image)).await?;
+    let step = Step { image, level: 0 };
+    let updates = image_batch(client, known, vec![step], &masks).await?;
+    Ok(updates.into_iter().find_map(|update| match update {
+        SceneUpdate::Image(image) => Some(image),
+        _ => None,
+    }))
+}
+
+/// The masks of `images`, by name.
+pub(super) async fn masks(
+    client: &Client,
+    known: &Known,
+    images: &[WantedImage],
+) -> Result<Masks, StreamError> {
+    let mut missing = BTreeMap::new();
+    let mut masks = known.masks.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    for image in images {
+        if let Some(mask) = &image.rig_camera().mask
+            && !masks.contains_key(mask)
+        {
+            missing.insert(mask.clone(), image.key(0, v1::ImageLayer::Mask));
         }
-        let keys =
-            steps.iter().map(|step| step.image.key(step.level, v1::ImageLayer::Colour)).collect();
-        let mut payloads = self.client.images(keys, limit).await?;
-        let mut decoded = Vec::new();
-        for step in steps {
-            let Some(payload) = payloads.next().await? else { break };
-            let mask = step.image.rig_camera().mask.as_ref().and_then(|name| masks.get(name));
-            let (what, mask) = (step.name(), mask.cloned());
-            let decode = move || step.decode(&payload, mask.as_deref());
-            decoded.push(async move { self.known.decoders.run(&what, decode).await });
-        }
-        drop(payloads);
-        Ok(future::try_join_all(decoded).await?.concat())
     }
+    if missing.is_empty() {
+        return Ok(masks);
+    }
+    let keys = missing.values().cloned().collect();
+    let mut payloads = client.images(keys, MAX_PIXELS).await?;
+    for name in missing.into_keys() {
+        let Some(payload) = payloads.next().await? else { break };
+        let what = format!("mask {name:?}");
+        let decode = {
+            let what = what.clone();
+            move || decode_mask(&what, &payload.media_type, &payload.bytes)
+        };
+        let mask = Arc::new(known.decoders.run(&what, decode).await?);
+        masks.insert(name.clone(), Arc::clone(&mask));
+        let mut kept = known.masks.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.insert(name, mask);
+    }
+    Ok(masks)
+}
+
+/// The updates that bring a few images, in one request.
+async fn image_batch(
+    client: &Client,
+    known: &Known,
+    steps: Vec<Step>,
+    masks: &Masks,
+) -> Result<Vec<SceneUpdate>, StreamError> {
+    let mut limit = 0;
+    for step in &steps {
+        limit = limit.max(step.max_bytes()?);
+    }
+    let keys =
+        steps.iter().map(|step| step.image.key(step.level, v1::ImageLayer::Colour)).collect();
+    let mut payloads = client.images(keys, limit).await?;
+    let mut decoded = Vec::new();
+    for step in steps {
+        let Some(payload) = payloads.next().await? else { break };
+        let mask = step.image.rig_camera().mask.as_ref().and_then(|name| masks.get(name));
+        let (what, mask) = (step.name(), mask.cloned());
+        let decode = move || step.decode(&payload, mask.as_deref());
+        decoded.push(async move { known.decoders.run(&what, decode).await });
+    }
+    drop(payloads);
+    Ok(future::try_join_all(decoded).await?.concat())
+}
+
+fn bad_id(error: &flaneur_scene::IdError) -> StreamError {
+    StreamError::field("StreamPanoramas")(FieldError::new("id", error.to_string()))
 }
 
 impl Step {

@@ -11,6 +11,8 @@ use flaneur_scene::{SceneInfo, SceneUpdate, TileKey};
 use futures::{Stream, TryStreamExt};
 use tokio::sync::mpsc;
 
+pub(crate) use images::photograph;
+
 use crate::choose::{Hierarchy, WantedNode};
 use crate::decode::{Decoders, Mask};
 use crate::resident::Resident;
@@ -57,7 +59,7 @@ impl Fetch {
         };
         let new_nodes: Vec<_> = nodes.iter().filter(|w| !held(w)).copied().collect();
         let (first, finer) = self.image_steps(&images);
-        let masks = self.masks(&images).await?;
+        let masks = images::masks(&self.client, &self.known, &images).await?;
         let mut remaining = photographs(&first) + new_nodes.len() + photographs(&finer);
         outlet.pass(self.image_updates(&first, &masks), &mut remaining).await?;
         outlet.pass(self.point_updates(&new_nodes), &mut remaining).await?;
