@@ -4,13 +4,16 @@
 
 mod atomic_file;
 mod commands;
+mod evaluation;
 mod exit;
 mod interrupt;
 mod logging;
 mod memory;
+mod names;
 mod output;
 mod progress;
 mod source;
+mod viewpoints;
 
 use std::process::ExitCode;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! The views that the arguments ask for.
+//! Views as arguments and files of them give them.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -26,8 +26,16 @@ pub(crate) struct Viewpoint {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub(crate) UVec2);
 
-/// One entry of a file of views. It may say more, as the held-out views of a synthetic street
-/// do: what it shows, and where its picture is.
+/// One entry of a file of views.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Listed {
+    /// Where to stand and look.
+    pub(crate) viewpoint: Viewpoint,
+    /// The picture of what is to be seen there, as held-out views have one.
+    pub(crate) file: Option<String>,
+}
+
+/// The same as it is written. It may say more, as what else there is to know of it.
 #[derive(Deserialize)]
 struct Entry {
     position: [f64; 3],
@@ -36,6 +44,7 @@ struct Entry {
     fov_deg: Option<f64>,
     width: Option<u32>,
     height: Option<u32>,
+    file: Option<String>,
 }
 
 impl Viewpoint {
@@ -74,7 +83,7 @@ impl Size {
 }
 
 /// The viewpoints of a JSON file.
-pub(crate) fn read_path(path: &Path) -> Result<Vec<Viewpoint>, Exit> {
+pub(crate) fn read_path(path: &Path) -> Result<Vec<Listed>, Exit> {
     let bad = |problem: String| {
         Exit::bad_input(anyhow::anyhow!(
             "{}: {problem}; it must be a list of {{\"position\": [x, y, z], \"heading_deg\": …, \
@@ -97,7 +106,8 @@ pub(crate) fn read_path(path: &Path) -> Result<Vec<Viewpoint>, Exit> {
             (Some(width), Some(height)) => Some(Size::new(width, height).map_err(bad)?),
             _ => return Err(bad("width and height go together".to_owned())),
         };
-        Ok(Viewpoint { size, ..viewpoint.map_err(bad)? })
+        let viewpoint = Viewpoint { size, ..viewpoint.map_err(bad)? };
+        Ok(Listed { viewpoint, file: entry.file })
     };
     entries.into_iter().enumerate().map(viewpoint).collect()
 }
@@ -182,10 +192,13 @@ mod tests {
         };
         let good = r#"{"position":[1,2,3],"heading_deg":4,"pitch_deg":5,"fov_deg":70}"#;
         let views = read(&format!("[{good}]")).expect("good");
-        assert_eq!(views, [Viewpoint::new([1.0, 2.0, 3.0, 4.0, 5.0], Some(70.0)).expect("good")]);
+        let viewpoint = Viewpoint::new([1.0, 2.0, 3.0, 4.0, 5.0], Some(70.0)).expect("good");
+        assert_eq!(views, [Listed { viewpoint, file: None }]);
         let fault = |text: &str| read(text).expect_err("bad");
         let truth = good.replace("}", r#","width":768,"height":576,"file":"view_001.png"}"#);
-        let view = read(&format!("[{truth}]")).expect("good")[0].view(60.0, None, Size(UVec2::ONE));
+        let listed = read(&format!("[{truth}]")).expect("good").remove(0);
+        assert_eq!(listed.file.as_deref(), Some("view_001.png"));
+        let view = listed.viewpoint.view(60.0, None, Size(UVec2::ONE));
         assert_eq!(view.size(), UVec2::new(768, 576));
         assert!(fault(&format!("[{}]", truth.replace("768", "0"))).contains("0x576"));
         assert!(fault("[]").contains("no view"));

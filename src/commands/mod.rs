@@ -1,5 +1,6 @@
 //! One file a subcommand: its arguments, and what it wires together.
 
+mod eval;
 mod info;
 mod ingest;
 mod render;
@@ -22,6 +23,8 @@ pub(crate) enum Command {
     Serve(serve::ServeArguments),
     /// Render views of a scene into pictures
     Render(render::RenderArguments),
+    /// Measure renderings against photographs that were held out
+    Eval(eval::EvalArguments),
     /// Print what a scene holds
     Info(info::InfoArguments),
     /// Write a synthetic street in the formats of a survey
@@ -51,6 +54,7 @@ impl Command {
             Self::Ingest(arguments) => ingest::run(arguments, context).await,
             Self::Serve(arguments) => serve::run(arguments, context).await,
             Self::Render(arguments) => render::run(arguments, context).await,
+            Self::Eval(arguments) => eval::run(arguments, context).await,
             Self::Info(arguments) => info::run(arguments, context).await,
             Self::Sample(arguments) => sample::run(arguments, context).await,
         }

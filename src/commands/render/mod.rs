@@ -1,9 +1,7 @@
 //! `flaneur render`: views of a scene as pictures.
 
-mod names;
 mod picture;
 mod report;
-mod view;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,11 +17,11 @@ use futures::StreamExt;
 use super::Context;
 use crate::atomic_file;
 use crate::exit::Exit;
+use crate::names::{Names, Pattern};
 use crate::source::{Source, stream_exit};
-use names::{Names, Pattern};
+use crate::viewpoints::{Size, Viewpoint, parse_fov, read_path, view_like};
 use picture::PictureFormat;
 use report::{FrameReport, Report};
-use view::{Size, Viewpoint, parse_fov, read_path, view_like};
 
 /// Size of a picture where nothing else decides it.
 const DEFAULT_SIZE: Size = Size(glam::UVec2::new(1024, 512));
@@ -85,8 +83,8 @@ pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result
     for file in [Some(&arguments.out), arguments.report.as_ref()].into_iter().flatten() {
         atomic_file::check_folder(file)?;
     }
-    let viewpoints = match (&arguments.path, arguments.view) {
-        (Some(path), _) => read_path(path)?,
+    let viewpoints: Vec<Viewpoint> = match (&arguments.path, arguments.view) {
+        (Some(path), _) => read_path(path)?.into_iter().map(|listed| listed.viewpoint).collect(),
         (None, view) => view.into_iter().collect(),
     };
     let (mut streamer, views, gpu) = tokio::select! {

@@ -1,0 +1,313 @@
+//! `flaneur eval`: renderings against photographs that were held out.
+
+mod contender;
+mod target;
+
+use std::num::NonZero;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{ArgGroup, Args};
+use flaneur_renderer::{Gpu, Settings};
+use flaneur_scene::{ImageId, View};
+use flaneur_services::ingest::{Progress, Unit};
+use flaneur_streamer::{Event, Streamer, ViewRequest};
+use futures::StreamExt;
+
+use super::Context;
+use crate::atomic_file;
+use crate::evaluation::{
+    Choice, Described, METHODS, Making, Method, Report, Row, Score, Split, nearest_source,
+};
+use crate::exit::Exit;
+use crate::names::{Names, Pattern};
+use crate::output;
+use crate::source::{Source, stream_exit};
+use contender::Contender;
+use target::Target;
+
+/// SOURCE comes first, because --hold-out and --only take as many names as follow them.
+const USAGE: &str =
+    "flaneur eval <SOURCE> <--sources every:N|--hold-out …|--truth …> --report <FILE> [OPTIONS]";
+
+const EXAMPLES: &str = "\
+Examples:
+  flaneur eval scenes/karlsruhe --sources every:2 --only '02_*' --report every2.json
+  flaneur eval scenes/paris --hold-out 490 495/301 --report two.json --html two.html
+  flaneur eval scenes/street --truth street/truth --methods nearest,hybrid --report truth.json
+
+Names are ids, panoramas, files of photographs, or globs over them; `flaneur info SOURCE --json`
+lists the ids. Each face of a sphere is a photograph, and held out with its sphere.
+
+Definitions: sRGB in [0, 1], the whole frame, a figure a view, then the mean over the views. SSIM in
+windows of 7x7 pixels of equal weight with sample covariance (scikit-image's default). Coverage is the
+share of all pixels that a source colours. Each figure is given again over what the photograph's mask
+shows (…_unmasked), and over what of that a source colours (…_covered).";
+
+/// Arguments of `flaneur eval`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES, override_usage = USAGE)]
+#[command(group = ArgGroup::new("what").required(true).args(["hold_out", "sources", "truth"]))]
+pub(crate) struct EvalArguments {
+    /// Scene: a store's folder or URL with the scene's name at its end, or
+    /// http://host:port/scene; the name may be left out where there is only one
+    #[arg(value_name = "SOURCE")]
+    source: String,
+    /// Hold out these photographs: ids, panoramas, or globs over either
+    #[arg(long, value_name = "IMAGE_ID", num_args = 1.., value_parser = Pattern::parse)]
+    hold_out: Vec<Pattern>,
+    /// In the order of their names, keep the first panorama and every N-th after it as sources,
+    /// and hold out all others
+    #[arg(long, value_name = "every:N")]
+    sources: Option<Every>,
+    /// Hold out nothing: render the views of this file and compare them with the pictures that it
+    /// names, beside it. A folder stands for its views.json
+    #[arg(long, value_name = "VIEWS.json")]
+    truth: Option<PathBuf>,
+    /// Let only these photographs take part, as sources and as held out
+    #[arg(long, value_name = "GLOB", num_args = 1.., value_parser = Pattern::parse)]
+    only: Vec<Pattern>,
+    /// Methods to compare, separated by commas [default: all]
+    #[arg(long, value_name = "METHOD", value_delimiter = ',', value_parser = method_parser())]
+    methods: Vec<&'static Method>,
+    /// Every score and their means, as JSON
+    #[arg(long, value_name = "FILE.json")]
+    report: PathBuf,
+}
+
+/// `every:N` with N of at least 2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Every(NonZero<usize>);
+
+/// Evaluates, writes the report, prints the means.
+pub(crate) async fn run(arguments: EvalArguments, context: &Context) -> Result<(), Exit> {
+    atomic_file::check_folder(&arguments.report)?;
+    let methods: Vec<&'static Method> = METHODS
+        .iter()
+        .filter(|method| {
+            arguments.methods.is_empty() || arguments.methods.iter().any(|m| m.name == method.name)
+        })
+        .collect();
+    let mut evaluation = tokio::select! {
+        () = context.cancel.cancelled() => return Err(Exit::Interrupted),
+        ready = Evaluation::prepare(&arguments, &methods) => ready?,
+    };
+    let stage = {
+        let pictures = evaluation.targets.len() * methods.len();
+        context.console.stage("evaluate", pictures as u64, Unit::Images)
+    };
+    let mut rows = Vec::new();
+    for target in std::mem::take(&mut evaluation.targets) {
+        let photograph = target.photograph(&evaluation.streamer).await?;
+        evaluation.fetch(&target, context).await?;
+        let (nearest, nearest_m) = evaluation.nearest(&target)?;
+        for index in 0..evaluation.contenders.len() {
+            let contender = &mut evaluation.contenders[index];
+            let picture = contender.picture(
+                &target.camera,
+                &nearest,
+                &evaluation.names,
+                &evaluation.streamer,
+            );
+            let picture = tokio::select! {
+                () = context.cancel.cancelled() => return Err(Exit::Interrupted),
+                picture = picture => picture?,
+            };
+            let score = tokio::task::block_in_place(|| Score::new(&photograph, &picture));
+            let score = score.ok_or_else(|| {
+                Exit::failed(anyhow::anyhow!(
+                    "{} is {} pixels, and its rendering {}",
+                    target.id,
+                    photograph.size,
+                    picture.size
+                ))
+            })?;
+            let method = contender.method.name;
+            rows.push(Row { id: target.id.clone(), nearest_m, method, score });
+            stage.advance(1);
+        }
+    }
+    drop(stage);
+    let scene = evaluation.streamer.info().name.clone();
+    let report = Report::new(scene, evaluation.adapter, evaluation.described, &methods, rows);
+    let mut json = serde_json::to_vec_pretty(&report)?;
+    json.push(b'\n');
+    atomic_file::write(&arguments.report, &json)?;
+    output::print(&summary(&report))
+}
+
+/// All that the views of one evaluation share.
+struct Evaluation {
+    streamer: Streamer,
+    names: Names,
+    sources: Arc<std::collections::BTreeSet<ImageId>>,
+    targets: Vec<Target>,
+    contenders: Vec<Contender>,
+    adapter: Option<String>,
+    described: Described,
+}
+
+impl Evaluation {
+    /// Connects, opens the graphics device meanwhile, and finds out what is held out.
+    async fn prepare(arguments: &EvalArguments, methods: &[&'static Method]) -> Result<Self, Exit> {
+        let is_rendered = |method: &&Method| matches!(method.making, Making::Rendered { .. });
+        let gpu = methods.iter().any(is_rendered).then(|| tokio::task::spawn_blocking(Gpu::new));
+        let streamer = Source::open(&arguments.source).await?.streamer().await?;
+        let names = Names::all(streamer.client()).await?;
+        let (sources, targets) = chosen(arguments, &names)?;
+        let gpu = match gpu {
+            Some(gpu) => Some(gpu.await??),
+            None => None,
+        };
+        let settings = Settings::default();
+        let described = Described {
+            held_out: arguments.described(),
+            only: arguments.only.iter().map(Pattern::to_string).collect(),
+            sources: sources.len(),
+            targets: targets.len(),
+            methods: methods.iter().map(|method| method.name).collect(),
+            renderer: format!("{settings:?}"),
+        };
+        let contender = |method: &&'static Method| Contender::new(method, gpu.as_ref(), settings);
+        Ok(Self {
+            contenders: methods.iter().map(contender).collect(),
+            adapter: gpu.as_ref().map(|gpu| gpu.adapter_name().to_owned()),
+            streamer,
+            names,
+            sources: Arc::new(sources),
+            targets,
+            described,
+        })
+    }
+
+    /// Brings everything that the target's view wants to every renderer that takes it: one
+    /// stream feeds them all.
+    async fn fetch(&mut self, target: &Target, context: &Context) -> Result<(), Exit> {
+        let sources = Arc::clone(&self.sources);
+        let request = ViewRequest {
+            excluded: Arc::new(move |id| !sources.contains(id)),
+            ..ViewRequest::new(View { camera: target.camera })
+        };
+        let mut events = self.streamer.stream(request, &context.cancel);
+        while let Some(event) = events.next().await {
+            if let Event::Update(update) = event.map_err(stream_exit)? {
+                tokio::task::block_in_place(|| {
+                    self.contenders.iter_mut().try_for_each(|contender| contender.apply(&update))
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The source that stands nearest to the target, and its distance in metres.
+    fn nearest(&self, target: &Target) -> Result<(ImageId, f64), Exit> {
+        let all = self.names.photographs().iter();
+        let sources = all
+            .filter(|(id, _)| self.sources.contains(*id))
+            .map(|(id, photograph)| (id, &photograph.camera));
+        let nearest = nearest_source(&target.camera, sources);
+        nearest
+            .map(|(id, nearest_m)| (id.clone(), nearest_m))
+            .ok_or_else(|| Exit::bad_input(anyhow::anyhow!("the scene has no photograph")))
+    }
+}
+
+/// The photographs that may be used, and the views that are rendered from them.
+fn chosen(
+    arguments: &EvalArguments,
+    names: &Names,
+) -> Result<(std::collections::BTreeSet<ImageId>, Vec<Target>), Exit> {
+    for pattern in &arguments.only {
+        names.check(pattern)?;
+    }
+    let only = &arguments.only;
+    let takes_part =
+        |id: &ImageId| only.is_empty() || only.iter().any(|pattern| pattern.matches(id));
+    let taking_part = names.photographs().keys().filter(|id| takes_part(id)).cloned();
+    if let Some(truth) = &arguments.truth {
+        return Ok((taking_part.collect(), target::truth(truth)?));
+    }
+    for pattern in &arguments.hold_out {
+        names.check_among(pattern, takes_part)?;
+    }
+    let held_out = |id: &ImageId| arguments.hold_out.iter().any(|pattern| pattern.matches(id));
+    let choice = match arguments.sources {
+        Some(Every(n)) => Choice::Every(n),
+        None => Choice::Where(&held_out),
+    };
+    let split = Split::new(taking_part, &choice).map_err(Exit::bad_input)?;
+    let held_out = names.photographs().iter().filter(|(id, _)| split.targets.contains(*id));
+    let targets = held_out.map(|(id, photograph)| Target::held_out(id, photograph)).collect();
+    Ok((split.sources, targets))
+}
+
+impl EvalArguments {
+    /// What is held out, as it was asked for.
+    fn described(&self) -> String {
+        match (&self.truth, self.sources) {
+            (Some(truth), _) => format!("--truth {}", truth.display()),
+            (None, Some(Every(n))) => format!("--sources every:{n}"),
+            (None, None) => {
+                let names: Vec<_> = self.hold_out.iter().map(Pattern::to_string).collect();
+                format!("--hold-out {}", names.join(" "))
+            }
+        }
+    }
+}
+
+/// The means as a table.
+fn summary(report: &Report) -> String {
+    let mut lines =
+        vec![format!("{:28}{:>8}{:>8}{:>8}{:>10}", "", "PSNR dB", "SSIM", "RMSE", "coverage")];
+    lines.extend(report.mean.iter().map(|(method, score)| {
+        format!(
+            "{method:28}{:8.2}{:8.3}{:8.4}{:9.1}%",
+            score.psnr_db,
+            score.ssim,
+            score.rmse,
+            100.0 * score.coverage
+        )
+    }));
+    let Described { targets, sources, .. } = report.settings;
+    lines.push(format!("mean over {targets} views, rendered from {sources} photographs\n"));
+    lines.join("\n")
+}
+
+fn method_parser() -> impl TypedValueParser<Value = &'static Method> {
+    let values = METHODS.iter().map(|method| PossibleValue::new(method.name).help(method.about));
+    PossibleValuesParser::new(values.collect::<Vec<_>>())
+        .try_map(|name| Method::named(&name).ok_or("no such method"))
+}
+
+impl FromStr for Every {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let n = text.strip_prefix("every:").and_then(|n| n.parse::<usize>().ok());
+        let n = n.ok_or_else(|| format!("{text:?} is not every:N, as in every:2"))?;
+        match NonZero::new(n) {
+            Some(n) if n.get() > 1 => Ok(Self(n)),
+            Some(_) => Err("every:1 keeps every photograph: nothing is held out".to_owned()),
+            None => Err("every:0 keeps no photograph; the least is every:2".to_owned()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_nth_is_written_every_n() {
+        assert_eq!("every:8".parse(), Ok(Every(NonZero::new(8).expect("not zero"))));
+        for (wrong, problem) in
+            [("every:0", "no photograph"), ("every:1", "nothing is held out"), ("2", "every:2")]
+        {
+            let error = wrong.parse::<Every>().expect_err(wrong);
+            assert!(error.contains(problem), "{error}");
+        }
+        assert!("every:-1".parse::<Every>().is_err() && "every:".parse::<Every>().is_err());
+    }
+}

@@ -1,0 +1,55 @@
+//! Views by their distance to the nearest source.
+
+use serde::Serialize;
+
+/// Where one bin ends and the next begins, metres.
+const EDGES_M: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 24.0];
+
+/// A range of distances to the nearest source: the lower end belongs to it, the upper not.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Bin {
+    /// Lower end, metres.
+    pub(crate) from_m: f64,
+    /// Upper end, metres; `None` for all that lies beyond.
+    pub(crate) to_m: Option<f64>,
+}
+
+impl Bin {
+    /// All bins from near to far; together they hold every distance.
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        let lower = std::iter::once(0.0).chain(EDGES_M);
+        let upper = EDGES_M.into_iter().map(Some).chain(std::iter::once(None));
+        lower.zip(upper).map(|(from_m, to_m)| Self { from_m, to_m })
+    }
+
+    /// Whether `distance_m` lies in it.
+    pub(crate) fn holds(&self, distance_m: f64) -> bool {
+        distance_m >= self.from_m && self.to_m.is_none_or(|to_m| distance_m < to_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_distance_lies_in_one_bin() {
+        let bin = |distance_m| {
+            let bins: Vec<_> = Bin::all().filter(|bin| bin.holds(distance_m)).collect();
+            let [bin] = bins[..] else { panic!("{distance_m}: {bins:?}") };
+            (bin.from_m, bin.to_m)
+        };
+        for (distance_m, range) in [
+            (0.0, (0.0, Some(2.0))),
+            (1.999, (0.0, Some(2.0))),
+            (2.0, (2.0, Some(4.0))),
+            (7.5, (4.0, Some(8.0))),
+            (8.0, (8.0, Some(16.0))),
+            (23.9, (16.0, Some(24.0))),
+            (24.0, (24.0, None)),
+            (1e6, (24.0, None)),
+        ] {
+            assert_eq!(bin(distance_m), range, "{distance_m}");
+        }
+    }
+}

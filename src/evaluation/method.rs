@@ -1,0 +1,111 @@
+//! The ways to make a picture that are compared: one line each.
+
+use flaneur_renderer::Settings;
+use flaneur_scene::SceneUpdate;
+
+/// A way to make the picture that a held-out photograph would show.
+#[derive(Debug)]
+pub(crate) struct Method {
+    /// Its name, in reports and arguments.
+    pub(crate) name: &'static str,
+    /// What it does, in a line.
+    pub(crate) about: &'static str,
+    /// How it is done.
+    pub(crate) making: Making,
+}
+
+/// How a method makes its picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Making {
+    /// The nearest source as it is, stretched to the size of the target.
+    Nearest,
+    /// The renderer.
+    Rendered {
+        /// Whether it is given buildings and terrain.
+        mesh: bool,
+        /// Whether it is given points.
+        points: bool,
+        /// Its settings, from those of the whole renderer.
+        settings: fn(Settings) -> Settings,
+    },
+}
+
+/// Every method; the whole renderer first, then each of its switches off in turn.
+pub(crate) static METHODS: &[Method] = &[
+    Method { name: "nearest", about: "The nearest source, unwarped", making: Making::Nearest },
+    Method {
+        name: "mesh",
+        about: "Rendered without points",
+        making: Making::Rendered { mesh: true, points: false, settings: |whole| whole },
+    },
+    Method {
+        name: "points",
+        about: "Rendered without buildings and terrain",
+        making: Making::Rendered { mesh: false, points: true, settings: |whole| whole },
+    },
+    Method {
+        name: "hybrid",
+        about: "The whole renderer",
+        making: Making::Rendered { mesh: true, points: true, settings: |whole| whole },
+    },
+];
+
+impl Method {
+    /// The method of that name.
+    pub(crate) fn named(name: &str) -> Option<&'static Self> {
+        METHODS.iter().find(|method| method.name == name)
+    }
+}
+
+impl Making {
+    /// Whether `update` is for this method's renderer.
+    pub(crate) fn takes(&self, update: &SceneUpdate) -> bool {
+        match (self, update) {
+            (Self::Nearest, _) => false,
+            (Self::Rendered { mesh, .. }, SceneUpdate::Mesh(_) | SceneUpdate::DropMesh(_)) => *mesh,
+            (
+                Self::Rendered { points, .. },
+                SceneUpdate::Points(_) | SceneUpdate::DropPoints(_),
+            ) => *points,
+            (Self::Rendered { .. }, SceneUpdate::Image(_) | SceneUpdate::DropImage(_)) => true,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flaneur_scene::{NodeKey, PointNodeId};
+
+    #[test]
+    fn names_are_unique_and_found() {
+        for (index, method) in METHODS.iter().enumerate() {
+            let found = Method::named(method.name).expect("in the table");
+            assert!(std::ptr::eq(found, method), "{index}: {} is there twice", method.name);
+        }
+        assert!(Method::named("x").is_none());
+    }
+
+    /// A switch that changes nothing would be reported as having no effect.
+    #[test]
+    fn a_switch_that_is_off_changes_the_settings() {
+        let whole = Settings::default();
+        for method in METHODS {
+            if let Making::Rendered { settings, .. } = method.making {
+                let is_switch = method.name.starts_with("hybrid-without-");
+                assert_eq!(settings(whole) != whole, is_switch, "{}", method.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_method_takes_only_its_own_geometry() {
+        let takes = |name: &str, update: &SceneUpdate| {
+            Method::named(name).expect("in the table").making.takes(update)
+        };
+        let points = SceneUpdate::DropPoints(PointNodeId { source: 0, key: NodeKey::ROOT });
+        let image = SceneUpdate::DropImage("a/b".parse().expect("an id"));
+        assert!(takes("points", &points) && takes("hybrid", &points) && !takes("mesh", &points));
+        assert!(takes("mesh", &image) && takes("points", &image) && !takes("nearest", &image));
+    }
+}
