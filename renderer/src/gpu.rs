@@ -2,6 +2,9 @@
 
 use crate::RenderError;
 
+/// What is used where a device has it.
+const WELCOME: wgpu::Features = wgpu::Features::FLOAT32_BLENDABLE;
+
 /// A graphics device without a window. Clones share the device.
 #[derive(Clone, Debug)]
 pub struct Gpu {
@@ -40,6 +43,7 @@ impl Gpu {
         let (device, queue) = adapter
             .request_device(&wgpu::DeviceDescriptor {
                 label: Some("flaneur"),
+                required_features: adapter.features() & WELCOME,
                 required_limits: adapter.limits(),
                 ..Default::default()
             })

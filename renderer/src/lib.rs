@@ -14,11 +14,14 @@ mod photographs;
 mod pinhole;
 mod points;
 mod renderer;
+mod screen;
 mod settings;
 mod shade;
 #[cfg(test)]
 mod shader_tests;
 mod splat;
+mod stages;
+mod surface;
 mod targets;
 #[cfg(test)]
 mod tolerances;
@@ -27,4 +30,5 @@ pub use error::RenderError;
 pub use frame::{Frame, FrameStats, Surface};
 pub use gpu::Gpu;
 pub use renderer::Renderer;
-pub use settings::Settings;
+pub use settings::{Mode, Settings};
+pub use stages::PassTime;

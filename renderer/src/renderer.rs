@@ -8,13 +8,16 @@ use crate::depth_map::{DepthMaps, Sources};
 use crate::frame::{Frame, FrameStats};
 use crate::frustum::Frustum;
 use crate::mesh::{MeshPass, MeshStore};
-use crate::photographs::{PhotographStore, camera_fault};
+use crate::photographs::{Photograph, PhotographStore, camera_fault};
 use crate::pinhole::Pinhole;
-use crate::points::PointStore;
-use crate::shade::{self, GBuffer, ShadePass, tiles};
+use crate::points::{DrawList, PointStore};
+use crate::shade::photograph::{Drawn, mark};
+use crate::shade::{self, ShadePass, tiles};
 use crate::splat::{SplatPass, ViewTarget};
+use crate::stages::{PassTime, Stages};
+use crate::surface::{self, SurfacePass};
 use crate::targets::Targets;
-use crate::{Gpu, RenderError, Settings, lens};
+use crate::{Gpu, Mode, RenderError, Settings, lens};
 
 /// Most pixels of a picture, and of the G-buffer behind it: a word each fits a storage
 /// binding of 128 MiB.
@@ -27,6 +30,7 @@ pub struct Renderer {
     settings: Settings,
     mesh_pass: MeshPass,
     splat_pass: SplatPass,
+    surface_pass: SurfacePass,
     shade_pass: ShadePass,
     mesh: MeshStore,
     points: PointStore,
@@ -43,14 +47,15 @@ impl Renderer {
 
     /// An empty scene. Settings outside their range are brought into it.
     pub fn with_settings(gpu: &Gpu, settings: Settings) -> Self {
-        // Rows of whole storage alignments.
-        let depth_map_side = settings.depth_map_side.clamp(16, 2048).next_multiple_of(8);
+        // Rows that can be copied.
+        let depth_map_side = settings.depth_map_side.clamp(64, 2048).next_multiple_of(64);
         let settings = Settings { depth_map_side, ..settings };
         Self {
             gpu: gpu.clone(),
             settings,
             mesh_pass: MeshPass::new(gpu),
             splat_pass: SplatPass::new(gpu),
+            surface_pass: SurfacePass::new(gpu),
             shade_pass: ShadePass::new(gpu),
             mesh: MeshStore::default(),
             points: PointStore::default(),
@@ -107,6 +112,38 @@ impl Renderer {
     /// # Errors
     /// Where the view's camera or size cannot be used, or the driver fails.
     pub fn render(&mut self, view: &View) -> Result<Frame, RenderError> {
+        self.render_as(view, Mode::Hybrid)
+    }
+
+    /// The same in another mode.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_as(&mut self, view: &View, mode: Mode) -> Result<Frame, RenderError> {
+        let stages = Stages::untimed(&self.gpu);
+        self.draw(view, mode, stages).map(|(frame, _)| frame)
+    }
+
+    /// The frame, and how long each pass took: each is waited for before the next begins, so
+    /// that together they take longer than a frame.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_timed(
+        &mut self,
+        view: &View,
+        mode: Mode,
+    ) -> Result<(Frame, Vec<PassTime>), RenderError> {
+        let stages = Stages::timed(&self.gpu);
+        self.draw(view, mode, stages)
+    }
+
+    fn draw(
+        &mut self,
+        view: &View,
+        mode: Mode,
+        mut stages: Stages,
+    ) -> Result<(Frame, Vec<PassTime>), RenderError> {
         let pinhole = self.check(view)?;
         let size = view.size();
         let eye = view.eye();
@@ -120,7 +157,7 @@ impl Renderer {
             self.targets = None;
         }
         let targets = self.targets.get_or_insert_with(|| Targets::new(gpu, pinhole.size, size));
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        stages.ended("upload")?;
 
         let selected = self.photographs.select(&frustum, eye, settings.rigs, self.maps.max_maps());
         let sources = Sources {
@@ -129,76 +166,82 @@ impl Renderer {
             mesh: &self.mesh,
             points: &self.points,
         };
-        self.maps.prepare(gpu, &mut encoder, &sources, &selected);
+        self.maps.prepare(gpu, stages.encoder(), &sources, &selected);
+        stages.ended("depth maps")?;
 
-        let drawn_mesh = self.mesh.draw_list(gpu, &frustum, eye);
-        let (planes, surfaces) = (&targets.planes, &targets.surfaces);
-        let pass = &self.mesh_pass;
-        pass.draw_gbuffer(
+        let mut drawn_mesh = self.mesh.draw_list(gpu, &frustum, eye);
+        if matches!(mode, Mode::Points | Mode::PointsColour) {
+            drawn_mesh.clear();
+        }
+        self.mesh_pass.draw_gbuffer(
             gpu,
-            &mut encoder,
+            stages.encoder(),
             &camera,
             &drawn_mesh,
-            planes,
-            surfaces,
+            &targets.planes,
+            &targets.surfaces,
             &targets.depth,
         );
+        stages.ended("mesh")?;
 
-        let points = self.points.view_list(&frustum, eye);
+        let mut points = self.points.view_list(&frustum, eye);
+        if mode == Mode::Mesh {
+            points = DrawList::default();
+        }
         let target = ViewTarget {
             depths: &targets.point_depths,
             indices: &targets.point_indices,
             winners: &targets.winners,
         };
-        self.splat_pass.draw_view(gpu, &mut encoder, &self.points, &points, &camera, target);
+        let store = &self.points;
+        self.splat_pass.draw_view(gpu, stages.encoder(), store, &points, &camera, target);
+        stages.ended("points")?;
 
-        let mut photographs: Vec<shade::gpu_data::Photograph> = Vec::new();
-        let mut seen = Vec::new();
-        let mut rig = (0, "");
-        for (id, photograph) in &selected {
-            if rig.1 != id.panorama() {
-                rig = (rig.0 + 1, id.panorama());
-            }
-            if let Some(layer) = self.maps.layer(id) {
-                photographs.push(shade::gpu_data::Photograph::new(photograph, eye, rig.0, layer));
-                seen.push(*photograph);
-            }
-        }
-        let picture_lens = lens::gpu_data::Lens::new(&view.camera.lens);
-        let distorted = picture_lens.model != 0;
+        let lens = lens::gpu_data::Lens::new(&view.camera.lens);
+        let distorted = lens.model != 0;
         let grid = if distorted { lens::undistortion_grid(&view.camera.lens) } else { Vec::new() };
-        let tiles = tiles::lists(view, &grid, &seen);
-        let frame = shade::gpu_data::Frame {
+        let surface_view = surface::gpu_data::View {
             camera,
-            lens: picture_lens,
-            background: settings.background.map(|c| f32::from(c) / 255.0),
-            photograph_count: photographs.len() as u32,
+            lens,
             grid_columns: lens::grid_size(size).x,
             grid_step: lens::GRID_STEP as f32,
-            map_side: self.maps.side(),
-            tile_columns: tiles::columns(size),
+            padding: [0; 2],
         };
-        let gbuffer = GBuffer {
-            planes,
-            surfaces,
-            winners: &targets.winners,
-            indices: &targets.point_indices,
+        self.surface_pass.draw(gpu, stages.encoder(), &surface_view, &grid, targets);
+        stages.ended("surface")?;
+
+        let drawn: Vec<(&Photograph, Drawn)> = selected
+            .iter()
+            .filter_map(|(id, photograph, standing)| {
+                let layer = self.maps.layer(id)?;
+                let (gain, mark) = ([1.0; 3], mark(id));
+                Some((*photograph, Drawn::new(photograph, eye, *standing, layer, gain, mark)))
+            })
+            .collect();
+        let (seen, photographs): (Vec<&Photograph>, Vec<Drawn>) = drawn.into_iter().unzip();
+        let (tiles, shares) = tiles::lists(view, &grid, &seen);
+        let frame = shade::gpu_data::Frame {
+            forward: camera.forward,
+            focal: lens.focal[1],
+            background: settings.background.map(|c| f32::from(c) / 255.0),
+            orthographic: camera.orthographic,
+            size: size.as_vec2().to_array(),
+            mode: mode as u32,
+            padding: 0,
         };
-        let (maps, atlas) = (&self.maps, &self.photographs.atlas);
-        self.shade_pass.draw(
-            gpu,
-            &mut encoder,
-            &frame,
-            gbuffer,
-            &photographs,
-            &tiles,
-            &grid,
-            maps,
-            atlas,
-            &targets.picture,
-        );
-        encoder.copy_buffer_to_buffer(&targets.picture, 0, &targets.readback, 0, None);
-        gpu.queue.submit([encoder.finish()]);
+        let sources = shade::Sources {
+            photographs: &photographs,
+            tiles: &tiles,
+            shares: &shares,
+            maps: &self.maps,
+            atlas: &self.photographs.atlas,
+        };
+        self.shade_pass.draw_photographs(gpu, stages.encoder(), &frame, sources, targets);
+        stages.ended("photographs")?;
+        self.shade_pass.compose(gpu, stages.encoder(), &frame, targets);
+        stages.ended("compose")?;
+        targets.copy_picture(stages.encoder());
+        stages.submit();
 
         let stats = FrameStats {
             triangles: self.mesh.triangle_count(),
@@ -207,10 +250,12 @@ impl Renderer {
             points_drawn: points.points,
             points_refused: self.points.refused,
             images: self.photographs.len() as u64,
-            images_drawn: photographs.len() as u64,
+            images_drawn: shares.iter().filter(|share| !share.is_empty()).count() as u64,
             ..FrameStats::default()
         };
-        Ok(Frame::from_coded(size, read_back(gpu, &targets.readback)?, stats))
+        let frame = Frame::from_coded(size, targets.read_picture(gpu)?, stats);
+        stages.ended("read back")?;
+        Ok((frame, stages.times()))
     }
 
     fn points_removed(&mut self, bounds: &Bounds3) {
@@ -231,31 +276,5 @@ impl Renderer {
         }
         Pinhole::for_view(&view.camera.lens, max_side, MAX_PIXELS)
             .ok_or(RenderError::ViewCamera { what: "its lens sees nothing" })
-    }
-}
-
-/// Waits for the device and copies the picture out.
-fn read_back(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, RenderError> {
-    let (sender, receiver) = std::sync::mpsc::channel();
-    buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-        // The receiver outlives the wait below.
-        let _ = sender.send(result);
-    });
-    gpu.device
-        .poll(wgpu::PollType::wait_indefinitely())
-        .map_err(|error| RenderError::Driver(error.to_string()))?;
-    // Where several renderers share the device, another's wait may be the one that answers,
-    // a moment after this one's ended.
-    match receiver.recv() {
-        Ok(Ok(())) => {
-            let bytes = buffer
-                .get_mapped_range(..)
-                .map_err(|error| RenderError::Driver(error.to_string()))?
-                .to_vec();
-            buffer.unmap();
-            Ok(bytes)
-        }
-        Ok(Err(error)) => Err(RenderError::Driver(error.to_string())),
-        Err(error) => Err(RenderError::Driver(error.to_string())),
     }
 }

@@ -5,7 +5,7 @@
 pub struct Settings {
     /// How many rigs (panoramas), nearest to the eye, may colour a pixel.
     pub rigs: usize,
-    /// Longest side of a photograph's depth map, texels, 16 to 2048.
+    /// Longest side of a photograph's depth map, texels, 64 to 2048, a multiple of 64.
     pub depth_map_side: u32,
     /// Radius of a splat as a share of the distance between points. A square grid closes
     /// up from 0.71.
@@ -18,6 +18,32 @@ pub struct Settings {
     pub point_memory_bytes: u64,
     /// Colour where there is no geometry, sRGB.
     pub background: [u8; 3],
+}
+
+/// What of a scene a picture shows, and how.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum Mode {
+    /// Mesh and points, coloured by the photographs.
+    #[default]
+    Hybrid = 0,
+    /// The mesh alone, coloured by the photographs.
+    Mesh = 1,
+    /// The points alone, coloured by the photographs.
+    Points = 2,
+    /// The points alone, in their own colours.
+    PointsColour = 3,
+    /// Mesh and points in neutral shades, with the edges of the mesh.
+    Wireframe = 4,
+    /// Depth along the view's axis: white at the eye, grey at 10 m, black at infinity.
+    Depth = 5,
+    /// World normals, each axis from -1 to 1 as a channel from 0 to 1.
+    Normals = 6,
+    /// Which photographs colour a pixel: each has a colour of its own, blended as they are.
+    Sources = 7,
+    /// How far the shown surface may be off: green a centimetre, yellow a decimetre, red a metre
+    /// and more; dark where no photograph sees it; magenta where it was inferred.
+    Uncertainty = 8,
 }
 
 impl Default for Settings {

@@ -3,7 +3,7 @@
 
 use std::mem::offset_of;
 
-use crate::{camera, depth_map, lens, mesh, photographs, shade, splat};
+use crate::{camera, depth_map, lens, mesh, photographs, shade, splat, surface};
 
 fn sources() -> Vec<(&'static str, String)> {
     vec![
@@ -12,7 +12,11 @@ fn sources() -> Vec<(&'static str, String)> {
         ("resolve", splat::RESOLVE_WGSL.to_owned()),
         ("fill", splat::FILL_WGSL.to_owned()),
         ("halve", photographs::atlas::HALVE_WGSL.to_owned()),
-        ("shade", shade::wgsl()),
+        ("surface", surface::wgsl()),
+        ("choose", shade::choose_wgsl()),
+        ("colour", shade::colour_wgsl()),
+        ("compose", shade::compose_wgsl()),
+        ("forget", shade::FORGET_WGSL.to_owned()),
         ("lens", lens::WGSL.to_owned()),
         ("depth_map", depth_map::WGSL.to_owned()),
         ("blend", shade::BLEND_WGSL.to_owned()),
@@ -49,7 +53,7 @@ fn mirrors_have_the_layout_of_their_shaders() {
         mesh::wgsl(),
         "Camera",
         camera::gpu_data::Camera,
-        [right, near, down, padding_0, forward, padding_1, focal, centre, size, padding_2]
+        [right, near, down, orthographic, forward, padding_1, focal, centre, size, padding_2]
     );
     assert_mirrors!(
         lens::WGSL,
@@ -76,42 +80,45 @@ fn mirrors_have_the_layout_of_their_shaders() {
         [source_corner, source_size, target_corner, padding]
     );
     assert_mirrors!(
-        shade::wgsl(),
-        "Frame",
-        shade::gpu_data::Frame,
-        [
-            camera,
-            lens,
-            background,
-            photograph_count,
-            grid_columns,
-            grid_step,
-            map_side,
-            tile_columns
-        ]
+        surface::wgsl(),
+        "View",
+        surface::gpu_data::View,
+        [camera, lens, grid_columns, grid_step, padding]
     );
+    for source in [shade::colour_wgsl(), shade::compose_wgsl()] {
+        assert_mirrors!(
+            source,
+            "Frame",
+            shade::gpu_data::Frame,
+            [forward, focal, background, orthographic, size, mode, padding]
+        );
+    }
     assert_mirrors!(
-        shade::wgsl(),
+        shade::colour_wgsl(),
         "Photograph",
-        shade::gpu_data::Photograph,
+        shade::photograph::gpu_data::Photograph,
         [
             lens,
             right,
-            rig,
+            layer,
             down,
             map_layer,
             forward,
             eye_distance_2,
             centre,
-            atlas,
+            texel,
             map_focal,
             map_centre,
             map_size,
-            layer,
-            max_lod,
             corner,
-            texel,
-            padding
+            gain,
+            max_lod,
+            mark,
+            rig_weight,
+            closeness,
+            padding_0,
+            padding_1,
+            padding_2
         ]
     );
 }

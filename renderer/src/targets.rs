@@ -2,9 +2,10 @@
 
 use glam::UVec2;
 
-use crate::{Gpu, mesh, splat};
+use crate::{Gpu, RenderError, mesh, shade, splat, surface};
 
-/// Everything that a view writes to, kept between frames of the same size.
+/// Everything that a view writes to, kept between frames of the same size. The first are of
+/// the G-buffer's size, those from `positions` on of the picture's.
 #[derive(Debug)]
 pub(crate) struct Targets {
     pub(crate) gbuffer_size: UVec2,
@@ -15,54 +16,121 @@ pub(crate) struct Targets {
     pub(crate) winners: wgpu::TextureView,
     pub(crate) point_depths: wgpu::Buffer,
     pub(crate) point_indices: wgpu::Buffer,
-    pub(crate) picture: wgpu::Buffer,
-    pub(crate) readback: wgpu::Buffer,
+    pub(crate) positions: wgpu::TextureView,
+    pub(crate) orientations: wgpu::TextureView,
+    pub(crate) choice: wgpu::TextureView,
+    pub(crate) blended: wgpu::TextureView,
+    picture: wgpu::Texture,
+    readback: wgpu::Buffer,
 }
 
 impl Targets {
     pub(crate) fn new(gpu: &Gpu, gbuffer_size: UVec2, picture_size: UVec2) -> Self {
         use wgpu::{BufferUsages, TextureUsages};
-        let texture = |format, usage| {
-            gpu.device
-                .create_texture(&wgpu::TextureDescriptor {
-                    label: Some("view"),
-                    size: wgpu::Extent3d {
-                        width: gbuffer_size.x,
-                        height: gbuffer_size.y,
-                        depth_or_array_layers: 1,
-                    },
-                    mip_level_count: 1,
-                    sample_count: 1,
-                    dimension: wgpu::TextureDimension::D2,
-                    format,
-                    usage,
-                    view_formats: &[],
-                })
-                .create_view(&wgpu::TextureViewDescriptor::default())
+        let texture = |format, size: UVec2, usage| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("view"),
+                size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            })
         };
-        let words = |size: UVec2, usage| {
+        let view =
+            |format, size, usage| texture(format, size, usage).create_view(&Default::default());
+        let words = || {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("view"),
-                size: u64::from(size.x) * u64::from(size.y) * 4,
-                usage,
+                size: u64::from(gbuffer_size.x) * u64::from(gbuffer_size.y) * 4,
+                usage: BufferUsages::STORAGE,
                 mapped_at_creation: false,
             })
         };
         let drawn = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+        let stored = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING;
+        let target = TextureUsages::RENDER_ATTACHMENT;
         Self {
             gbuffer_size,
             picture_size,
-            planes: texture(mesh::PLANE_FORMAT, drawn),
-            surfaces: texture(mesh::SURFACE_FORMAT, drawn),
-            depth: texture(mesh::DEPTH_FORMAT, TextureUsages::RENDER_ATTACHMENT),
-            winners: texture(
-                splat::TARGET_FORMAT,
-                TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
-            ),
-            point_depths: words(gbuffer_size, BufferUsages::STORAGE),
-            point_indices: words(gbuffer_size, BufferUsages::STORAGE),
-            picture: words(picture_size, BufferUsages::STORAGE | BufferUsages::COPY_SRC),
-            readback: words(picture_size, BufferUsages::COPY_DST | BufferUsages::MAP_READ),
+            planes: view(mesh::PLANE_FORMAT, gbuffer_size, drawn),
+            surfaces: view(mesh::SURFACE_FORMAT, gbuffer_size, drawn),
+            depth: view(mesh::DEPTH_FORMAT, gbuffer_size, target),
+            winners: view(splat::TARGET_FORMAT, gbuffer_size, stored),
+            point_depths: words(),
+            point_indices: words(),
+            positions: view(surface::POSITION_FORMAT, picture_size, drawn),
+            orientations: view(surface::ORIENTATION_FORMAT, picture_size, drawn),
+            choice: view(shade::CHOICE_FORMAT, picture_size, target),
+            blended: view(shade::blend_format(gpu), picture_size, drawn),
+            picture: texture(shade::PICTURE_FORMAT, picture_size, target | TextureUsages::COPY_SRC),
+            readback: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("picture"),
+                size: u64::from(row_bytes(picture_size)) * u64::from(picture_size.y),
+                usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            }),
         }
+    }
+
+    pub(crate) fn picture_view(&self) -> wgpu::TextureView {
+        self.picture.create_view(&Default::default())
+    }
+
+    /// Copies the picture to where [`Targets::read_picture`] finds it.
+    pub(crate) fn copy_picture(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.copy_texture_to_buffer(
+            self.picture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &self.readback,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row_bytes(self.picture_size)),
+                    rows_per_image: None,
+                },
+            },
+            self.picture.size(),
+        );
+    }
+
+    /// Waits for the device and gives the picture, four bytes a pixel, rows from the top.
+    pub(crate) fn read_picture(&self, gpu: &Gpu) -> Result<Vec<u8>, RenderError> {
+        let padded = read_back(gpu, &self.readback)?;
+        let row = 4 * self.picture_size.x as usize;
+        let rows = padded.chunks_exact(row_bytes(self.picture_size) as usize);
+        Ok(rows.flat_map(|padded| &padded[..row]).copied().collect())
+    }
+}
+
+/// Bytes between rows of a picture that is copied out: devices want multiples of 256.
+fn row_bytes(size: UVec2) -> u32 {
+    (4 * size.x).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+}
+
+/// Waits for the device and copies the buffer out.
+fn read_back(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, RenderError> {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+        // The receiver outlives the wait below.
+        let _ = sender.send(result);
+    });
+    gpu.device
+        .poll(wgpu::PollType::wait_indefinitely())
+        .map_err(|error| RenderError::Driver(error.to_string()))?;
+    // Where several renderers share the device, another's wait may be the one that answers,
+    // a moment after this one's ended.
+    match receiver.recv() {
+        Ok(Ok(())) => {
+            let bytes = buffer
+                .get_mapped_range(..)
+                .map_err(|error| RenderError::Driver(error.to_string()))?
+                .to_vec();
+            buffer.unmap();
+            Ok(bytes)
+        }
+        Ok(Err(error)) => Err(RenderError::Driver(error.to_string())),
+        Err(error) => Err(RenderError::Driver(error.to_string())),
     }
 }

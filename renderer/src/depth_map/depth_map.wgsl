@@ -5,10 +5,8 @@
 const POINT_NOISE_M: f32 = 0.03;
 // Sine of the angle between ray and plane below which relief grows no further.
 const LEAST_SLOPE: f32 = 0.1;
-// Depth where there is nothing.
-const NOTHING_M: f32 = 1e30;
-
-// What one texel knows: nearest mesh (depth, uncertainty) and nearest point, metres.
+// What one texel knows: nearest mesh (depth, uncertainty) and nearest point, metres; a point that
+// is no number where there is none.
 struct Occluders {
     mesh: vec2<f32>,
     point: f32,
@@ -31,5 +29,7 @@ fn relief_depth(relief_m: f32, n: vec3<f32>, ray: vec3<f32>) -> f32 {
 // the place is; relief: see relief_depth.
 fn is_visible(z: f32, texel_m: f32, is_point: bool, relief: f32, occluders: Occluders) -> bool {
     let behind_mesh = occluders.mesh.x + texel_m + select(0.0, occluders.mesh.y, is_point);
-    return z <= behind_mesh && z - relief <= occluders.point + texel_m + POINT_NOISE_M;
+    // Written so that a texel without point, which is no number, hides nothing.
+    let before_point = z - relief > occluders.point + texel_m + POINT_NOISE_M;
+    return z <= behind_mesh && !before_point;
 }

@@ -13,6 +13,7 @@ use crate::camera::gpu_data::Camera;
 use crate::mesh::{self, MeshPass, MeshStore};
 use crate::photographs::{Photograph, PhotographStore};
 use crate::points::PointStore;
+use crate::shade::photograph::Standing;
 use crate::splat::{self, SplatPass};
 
 #[cfg(test)]
@@ -23,9 +24,9 @@ mod tests;
 /// The depth test, to be put before the shader that uses it.
 pub(crate) const WGSL: &str = include_str!("depth_map.wgsl");
 
-/// Most photographs with a depth map: as many as a storage binding of 128 MiB holds at the
-/// default size.
+/// Most photographs with a depth map.
 pub(crate) const MAX_MAPS: usize = 128;
+const POINTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 const FIRST_MAPS: usize = 8;
 
 /// Depth maps of the photographs in use.
@@ -48,12 +49,14 @@ struct Slot {
     pending: BTreeSet<PointNodeId>,
 }
 
-/// One layer a map: mesh depth and uncertainty in a texture, point depth in a buffer.
+/// One layer a map: mesh depth and uncertainty, and point depth.
 #[derive(Debug)]
 struct Textures {
     layers: usize,
     mesh: wgpu::Texture,
-    points: wgpu::Buffer,
+    points: wgpu::Texture,
+    /// The layer of point depth that is being drawn: there are atomics in buffers only.
+    scratch: wgpu::Buffer,
     depth: wgpu::TextureView,
 }
 
@@ -69,12 +72,7 @@ pub(crate) struct Sources<'a> {
 impl DepthMaps {
     pub(crate) fn new(gpu: &Gpu, side: u32) -> Self {
         let limits = gpu.device.limits();
-        let bytes_a_map = layer_bytes(side);
-        let max_maps = (limits.max_storage_buffer_binding_size / bytes_a_map)
-            .min(limits.max_buffer_size / bytes_a_map)
-            .min(u64::from(limits.max_texture_array_layers))
-            .min(MAX_MAPS as u64) as usize;
-        let max_maps = max_maps.max(1);
+        let max_maps = MAX_MAPS.min(limits.max_texture_array_layers as usize);
         let textures = Textures::new(gpu, side, FIRST_MAPS.min(max_maps));
         Self { side, max_maps, slots: HashMap::new(), textures, frame: 0 }
     }
@@ -82,11 +80,6 @@ impl DepthMaps {
     /// How many photographs one frame may use.
     pub(crate) fn max_maps(&self) -> usize {
         self.max_maps
-    }
-
-    /// Texels a row, and rows a layer.
-    pub(crate) fn side(&self) -> u32 {
-        self.side
     }
 
     /// The layer of a photograph's map, if it has one.
@@ -103,8 +96,11 @@ impl DepthMaps {
     }
 
     /// All layers of point depth.
-    pub(crate) fn points_buffer(&self) -> &wgpu::Buffer {
-        &self.textures.points
+    pub(crate) fn points_view(&self) -> wgpu::TextureView {
+        self.textures.points.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        })
     }
 
     pub(crate) fn forget(&mut self, id: &ImageId) {
@@ -149,16 +145,16 @@ impl DepthMaps {
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         sources: &Sources<'_>,
-        selected: &[(&ImageId, &Photograph)],
+        selected: &[(&ImageId, &Photograph, Standing)],
     ) {
         self.frame += 1;
         self.reserve(gpu, selected.len());
-        for (id, _) in selected {
+        for (id, ..) in selected {
             if let Some(slot) = self.slots.get_mut(*id) {
                 slot.last_used = self.frame;
             }
         }
-        for (id, photograph) in selected {
+        for (id, photograph, _) in selected {
             self.assign(id);
             let Some(slot) = self.slots.get_mut(*id) else { continue };
             let camera = Camera::new(&photograph.camera, &photograph.map);
@@ -176,12 +172,17 @@ impl DepthMaps {
                 let list = sources
                     .points
                     .map_list(frustum, centre, max_radius_m, |id| redraw || pending.contains(id));
-                let depths = self.textures.points_layer(slot.layer, self.side);
+                let scratch = &self.textures.scratch;
+                let (whole, buffer) = self.textures.points_layer(slot.layer, self.side);
                 if redraw {
-                    sources.splat_pass.clear(gpu, encoder, depths.clone());
+                    sources.splat_pass.clear(gpu, encoder, scratch.as_entire_buffer_binding());
+                } else {
+                    encoder.copy_texture_to_buffer(whole, buffer, self.textures.layer_size());
                 }
                 let (pass, store) = (sources.splat_pass, sources.points);
+                let depths = scratch.as_entire_buffer_binding();
                 pass.draw_depth(gpu, encoder, store, &list, &camera, &depths, self.side);
+                encoder.copy_buffer_to_texture(buffer, whole, self.textures.layer_size());
             }
         }
     }
@@ -266,13 +267,18 @@ impl Textures {
             })
         };
         let empty = wgpu::TextureUsages::empty();
+        let bound = wgpu::TextureUsages::TEXTURE_BINDING;
+        let copied = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
         Self {
             layers,
-            mesh: texture(mesh::MAP_FORMAT, layers as u32, wgpu::TextureUsages::TEXTURE_BINDING),
-            points: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("depth maps of points"),
-                size: layers as u64 * layer_bytes(side),
-                usage: wgpu::BufferUsages::STORAGE,
+            mesh: texture(mesh::MAP_FORMAT, layers as u32, bound),
+            points: texture(POINTS_FORMAT, layers as u32, bound | copied),
+            scratch: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("depth map of points"),
+                size: layer_bytes(side),
+                usage: wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::COPY_SRC
+                    | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
             depth: texture(mesh::DEPTH_FORMAT, 1, empty).create_view(&Default::default()),
@@ -288,12 +294,28 @@ impl Textures {
         })
     }
 
-    fn points_layer(&self, layer: usize, side: u32) -> wgpu::BufferBinding<'_> {
-        wgpu::BufferBinding {
-            buffer: &self.points,
-            offset: layer as u64 * layer_bytes(side),
-            size: std::num::NonZero::new(layer_bytes(side)),
-        }
+    /// A layer of point depth, and the scratch buffer that is copied from or to it.
+    fn points_layer(
+        &self,
+        layer: usize,
+        side: u32,
+    ) -> (wgpu::TexelCopyTextureInfo<'_>, wgpu::TexelCopyBufferInfo<'_>) {
+        let texture = wgpu::TexelCopyTextureInfo {
+            texture: &self.points,
+            mip_level: 0,
+            origin: wgpu::Origin3d { x: 0, y: 0, z: layer as u32 },
+            aspect: wgpu::TextureAspect::All,
+        };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(4 * side),
+            rows_per_image: None,
+        };
+        (texture, wgpu::TexelCopyBufferInfo { buffer: &self.scratch, layout })
+    }
+
+    fn layer_size(&self) -> wgpu::Extent3d {
+        wgpu::Extent3d { depth_or_array_layers: 1, ..self.points.size() }
     }
 }
 

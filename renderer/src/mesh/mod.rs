@@ -123,6 +123,11 @@ pub(crate) struct DrawList<'a> {
 }
 
 impl DrawList<'_> {
+    /// Draws nothing after all.
+    pub(crate) fn clear(&mut self) {
+        self.tiles.clear();
+    }
+
     pub(crate) fn triangle_count(&self) -> u64 {
         self.tiles.iter().map(|tile| u64::from(tile.index_count) / 3).sum()
     }

@@ -8,6 +8,7 @@ use glam::{DMat3, DVec3};
 use crate::frustum::Frustum;
 use crate::lens::gpu_data::Lens as LensData;
 use crate::pinhole::Pinhole;
+use crate::shade::photograph::{Standing, rig_weight};
 use crate::{Gpu, RenderError, Settings};
 
 pub(crate) mod atlas;
@@ -85,20 +86,19 @@ impl PhotographStore {
         self.photographs.iter()
     }
 
-    /// The photographs that can see something of `view`, of the `rigs` rigs nearest to `eye`
-    /// that have any, nearest first and each rig's together; at most `limit`.
+    /// The photographs that can see something of `view`, of the `rigs` rigs nearest to `eye`,
+    /// nearest first and each rig's together; at most `limit`. Which rigs those are depends on
+    /// the eye alone, so that turning the head changes no pixel.
     pub(crate) fn select(
         &self,
         view: &Frustum,
         eye: DVec3,
         rigs: usize,
         limit: usize,
-    ) -> Vec<(&ImageId, &Photograph)> {
+    ) -> Vec<(&ImageId, &Photograph, Standing)> {
         let mut by_rig: BTreeMap<&str, Vec<(&ImageId, &Photograph)>> = BTreeMap::new();
         for (id, photograph) in &self.photographs {
-            if photograph.frustum.meets(view) {
-                by_rig.entry(id.panorama()).or_default().push((id, photograph));
-            }
+            by_rig.entry(id.panorama()).or_default().push((id, photograph));
         }
         let mut nearest: Vec<(f64, Vec<(&ImageId, &Photograph)>)> = by_rig
             .into_values()
@@ -108,8 +108,16 @@ impl PhotographStore {
             })
             .collect();
         nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut selected: Vec<_> =
-            nearest.into_iter().take(rigs).flat_map(|(_, rig)| rig).collect();
+        let left_out_2 = nearest.get(rigs).map_or(f64::INFINITY, |(distance_2, _)| *distance_2);
+        let mut selected: Vec<_> = (0..)
+            .zip(nearest.into_iter().take(rigs))
+            .flat_map(|(rig, (nearest_2, photographs))| {
+                let weight = rig_weight(nearest_2.sqrt(), left_out_2.sqrt());
+                let standing = Standing { rig, nearest_2, weight };
+                photographs.into_iter().map(move |(id, photograph)| (id, photograph, standing))
+            })
+            .filter(|(_, photograph, _)| photograph.frustum.meets(view))
+            .collect();
         selected.truncate(limit);
         selected
     }

@@ -24,8 +24,8 @@ fn edge_weight(visible: f32) -> f32 {
     return max(2.0 * visible - 1.0, 0.01 * visible);
 }
 
-// By what the cameras of one rig are compared. They nearly share a centre, so that border
+// By what the cameras of one rig are compared, 0 to 1. They nearly share a centre, so that border
 // decides, unless the eye is so close that it is in one of them rather than in the others.
-fn rig_score(border: f32, eye_distance_2: f32) -> f32 {
-    return border / (eye_distance_2 + NEAREST_M * NEAREST_M);
+fn rig_score(border: f32, closeness: f32) -> f32 {
+    return 2.0 * border * closeness;
 }

@@ -1,224 +1,506 @@
-//! Deferred multi-texture blending: the last pass of a frame.
+//! What the photographs say about the places that a picture shows.
+//!
+//! One rig after the other: a depth test finds the camera that sees each pixel's place best,
+//! and its stencil remembers which; then each camera adds its weighted colour where it won.
+//! Drawing one photograph at a time keeps everything about it constant for the device, and the
+//! early stencil test skips the pixels of its rivals: on software devices both count for more
+//! than the extra passes. Last, the sums become a picture.
 
-use std::sync::OnceLock;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::PoisonError;
 
 use wgpu::util::DeviceExt as _;
 
 use crate::depth_map::DepthMaps;
-use crate::photographs::atlas::{self, Atlas};
-use crate::{Gpu, camera, depth_map, lens};
+use crate::photographs::atlas::Atlas;
+use crate::screen::{ScreenPass, screen_pass};
+use crate::surface::PLACE_WGSL;
+use crate::targets::Targets;
+use crate::{Gpu, depth_map, lens};
 
+pub(crate) mod photograph;
 #[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
 pub(crate) mod tiles;
 
-/// The weights, to be put before the shader that uses them.
-pub(crate) const BLEND_WGSL: &str = include_str!("blend.wgsl");
+use photograph::Drawn;
+use photograph::gpu_data::Photograph;
 
-/// The whole shader.
-pub(crate) fn wgsl() -> String {
-    [camera::WGSL, lens::WGSL, depth_map::WGSL, BLEND_WGSL, include_str!("shade.wgsl")].concat()
+/// The weights, to be put before the shaders that use them.
+pub(crate) const BLEND_WGSL: &str = include_str!("blend.wgsl");
+const PHOTOGRAPH_WGSL: &str = include_str!("photograph.wgsl");
+
+pub(crate) const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// Holds which camera of a rig was chosen, and how well it sees.
+pub(crate) const CHOICE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
+/// Bytes between photographs in their uniform buffer: no device wants more.
+const PHOTOGRAPH_STRIDE: usize = 256;
+/// Cameras of a rig that its stencil can tell apart.
+const MAX_CAMERAS: u32 = 255;
+
+/// The shader that finds the best camera of a rig.
+pub(crate) fn choose_wgsl() -> String {
+    [lens::WGSL, PHOTOGRAPH_WGSL, BLEND_WGSL, include_str!("choose.wgsl")].concat()
 }
 
-pub(crate) mod gpu_data {
-    use crate::camera::gpu_data::Camera;
-    use crate::lens::gpu_data::Lens;
+/// The shader that adds a photograph's colours.
+pub(crate) fn colour_wgsl() -> String {
+    let parts = [lens::WGSL, PHOTOGRAPH_WGSL, PLACE_WGSL, depth_map::WGSL, BLEND_WGSL];
+    [&parts.concat(), include_str!("colour.wgsl")].concat()
+}
 
-    /// Mirrors `Frame` in shade.wgsl.
+/// The shader that makes the picture.
+pub(crate) fn compose_wgsl() -> String {
+    [PLACE_WGSL, include_str!("compose.wgsl")].concat()
+}
+
+/// The shader that forgets a rig's choice.
+pub(crate) const FORGET_WGSL: &str = include_str!("forget.wgsl");
+
+pub(crate) mod gpu_data {
+    /// Mirrors `Frame` in photograph.wgsl and compose.wgsl.
     #[repr(C)]
     #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
     pub(crate) struct Frame {
-        pub(crate) camera: Camera,
-        pub(crate) lens: Lens,
-        pub(crate) background: [f32; 3],
-        pub(crate) photograph_count: u32,
-        pub(crate) grid_columns: u32,
-        pub(crate) grid_step: f32,
-        pub(crate) map_side: u32,
-        pub(crate) tile_columns: u32,
-    }
-
-    /// Mirrors `Photograph` in shade.wgsl.
-    #[repr(C)]
-    #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-    pub(crate) struct Photograph {
-        pub(crate) lens: Lens,
-        pub(crate) right: [f32; 3],
-        pub(crate) rig: u32,
-        pub(crate) down: [f32; 3],
-        pub(crate) map_layer: u32,
         pub(crate) forward: [f32; 3],
-        pub(crate) eye_distance_2: f32,
-        pub(crate) centre: [f32; 3],
-        pub(crate) atlas: u32,
-        pub(crate) map_focal: [f32; 2],
-        pub(crate) map_centre: [f32; 2],
-        pub(crate) map_size: [u32; 2],
-        pub(crate) layer: u32,
-        pub(crate) max_lod: f32,
-        pub(crate) corner: [f32; 2],
-        pub(crate) texel: f32,
+        pub(crate) focal: f32,
+        pub(crate) background: [f32; 3],
+        pub(crate) orthographic: u32,
+        pub(crate) size: [f32; 2],
+        pub(crate) mode: u32,
         pub(crate) padding: u32,
     }
-}
-
-/// What the geometry passes left behind.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct GBuffer<'a> {
-    pub(crate) planes: &'a wgpu::TextureView,
-    pub(crate) surfaces: &'a wgpu::TextureView,
-    pub(crate) winners: &'a wgpu::TextureView,
-    pub(crate) indices: &'a wgpu::Buffer,
 }
 
 /// The pipelines of this pass.
 #[derive(Debug)]
 pub(crate) struct ShadePass {
-    module: wgpu::ShaderModule,
-    /// One for each set of atlases in use, made when first needed: bit i stands for atlas i.
-    pipelines: [OnceLock<wgpu::ComputePipeline>; 1 << atlas::SIDES.len()],
+    layouts: Layouts,
+    choose: wgpu::ShaderModule,
+    colour: wgpu::ShaderModule,
+    forget: wgpu::RenderPipeline,
+    compose: ScreenPass,
     filtering: wgpu::Sampler,
+    blend_format: wgpu::TextureFormat,
+    /// One pair a lens model, made when first needed.
+    pipelines: Mutex<BTreeMap<u32, Pipelines>>,
 }
 
-impl gpu_data::Photograph {
-    /// The photograph as seen from `eye`; `rig` tells those of one panorama from others.
-    pub(crate) fn new(
-        photograph: &crate::photographs::Photograph,
-        eye: glam::DVec3,
-        rig: u32,
-        map_layer: u32,
-    ) -> Self {
-        let axes = photograph.camera.cam_from_world.transpose();
-        let centre = photograph.camera.centre - eye;
-        let place = photograph.place;
-        let max_lod = place.size.min_element().ilog2().min(atlas::MAX_LOD);
-        Self {
-            lens: photograph.lens,
-            right: axes.x_axis.as_vec3().to_array(),
-            rig,
-            down: axes.y_axis.as_vec3().to_array(),
-            map_layer,
-            forward: axes.z_axis.as_vec3().to_array(),
-            eye_distance_2: centre.length_squared() as f32,
-            centre: centre.as_vec3().to_array(),
-            atlas: place.array as u32,
-            map_focal: photograph.map.focal.as_vec2().to_array(),
-            map_centre: photograph.map.centre.as_vec2().to_array(),
-            map_size: photograph.map.size.to_array(),
-            layer: place.layer,
-            max_lod: max_lod as f32,
-            corner: place.corner.as_vec2().to_array(),
-            texel: 1.0 / atlas::SIDES[place.array] as f32,
-            padding: 0,
-        }
-    }
+#[derive(Debug)]
+struct Layouts {
+    frame: wgpu::BindGroupLayout,
+    photograph: wgpu::BindGroupLayout,
+    atlas: wgpu::BindGroupLayout,
+}
+
+#[derive(Clone, Debug)]
+struct Pipelines {
+    choose: wgpu::RenderPipeline,
+    colour: wgpu::RenderPipeline,
+}
+
+/// What a frame's photographs are drawn with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sources<'a> {
+    /// Ordered by rig.
+    pub(crate) photographs: &'a [Drawn],
+    /// Tiles of the picture, and each photograph's share of them.
+    pub(crate) tiles: &'a [[u32; 2]],
+    pub(crate) shares: &'a [Range<u32>],
+    pub(crate) maps: &'a DepthMaps,
+    pub(crate) atlas: &'a Atlas,
 }
 
 impl ShadePass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("shade"),
-            source: wgpu::ShaderSource::Wgsl(wgsl().into()),
-        });
-        let filtering = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-            label: Some("photographs"),
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            mipmap_filter: wgpu::MipmapFilterMode::Linear,
-            ..Default::default()
-        });
-        Self { module, pipelines: std::array::from_fn(|_| OnceLock::new()), filtering }
-    }
-
-    fn pipeline(&self, gpu: &Gpu, photographs: &[gpu_data::Photograph]) -> &wgpu::ComputePipeline {
-        let used = photographs.iter().fold(0, |set, photograph| set | 1 << photograph.atlas);
-        self.pipelines[used].get_or_init(|| {
-            let constants = ["uses_atlas_0", "uses_atlas_1", "uses_atlas_2", "uses_atlas_3"];
-            let constants: Vec<(&str, f64)> = constants
-                .into_iter()
-                .enumerate()
-                .map(|(atlas, name)| (name, f64::from(u8::from(used >> atlas & 1 == 1))))
-                .collect();
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("shade"),
-                layout: None,
-                module: &self.module,
-                entry_point: None,
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &constants,
-                    ..Default::default()
-                },
-                cache: None,
+        let module = |label, source: String| {
+            gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(label),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
             })
-        })
+        };
+        let blend_format = blend_format(gpu);
+        let forget = module("forget", FORGET_WGSL.to_owned());
+        Self {
+            layouts: Layouts::new(gpu),
+            choose: module("choose", choose_wgsl()),
+            colour: module("colour", colour_wgsl()),
+            forget: pipeline(
+                gpu,
+                PipelineKind { label: "forget", layout: None, buffers: &[], module: &forget },
+                &[],
+                wgpu::ColorTargetState {
+                    format: blend_format,
+                    blend: None,
+                    write_mask: wgpu::ColorWrites::empty(),
+                },
+                depth_stencil(true, wgpu::CompareFunction::Always, replace_always()),
+            ),
+            compose: screen_pass(gpu, "compose", &compose_wgsl(), &[PICTURE_FORMAT]),
+            filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("photographs"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                ..Default::default()
+            }),
+            blend_format,
+            pipelines: Mutex::default(),
+        }
     }
 
-    /// Writes the picture: a word a pixel, sRGB and the surface's code.
-    #[expect(clippy::too_many_arguments, reason = "one argument a source")]
-    pub(crate) fn draw(
+    /// Adds up what the photographs say about every pixel.
+    pub(crate) fn draw_photographs(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         frame: &gpu_data::Frame,
-        gbuffer: GBuffer<'_>,
-        photographs: &[gpu_data::Photograph],
-        tiles: &[u32],
-        grid: &[[f32; 2]],
-        maps: &DepthMaps,
-        atlas: &Atlas,
-        picture: &wgpu::Buffer,
+        sources: Sources<'_>,
+        targets: &Targets,
     ) {
-        let buffer = |contents: &[u8], usage| {
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("shade"),
-                contents,
-                usage,
+        let groups = self.bind_groups(gpu, frame, sources, targets);
+        let tiles = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("tiles"),
+            contents: bytemuck::cast_slice(sources.tiles),
+            usage: wgpu::BufferUsages::VERTEX,
+        });
+        let pipelines = self.pipelines(gpu, sources.photographs);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("photographs"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &targets.blended,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &targets.choice,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+            }),
+            ..Default::default()
+        });
+        if sources.tiles.is_empty() {
+            return;
+        }
+        let numbered: Vec<(u32, &Drawn)> = (0..).zip(sources.photographs).collect();
+        for rig in numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig) {
+            if rig[0].0 > 0 {
+                pass.set_pipeline(&self.forget);
+                pass.set_stencil_reference(0);
+                pass.draw(0..3, 0..1);
+            }
+            pass.set_bind_group(0, &groups.frame, &[]);
+            pass.set_vertex_buffer(0, tiles.slice(..));
+            for colours in [false, true] {
+                for ((index, drawn), reference) in rig.iter().zip(1..=MAX_CAMERAS) {
+                    let Some(share) = sources.shares.get(*index as usize) else { continue };
+                    let Some(both) = pipelines.get(&drawn.data.lens.model) else { continue };
+                    pass.set_pipeline(if colours { &both.colour } else { &both.choose });
+                    pass.set_bind_group(
+                        1,
+                        &groups.photographs,
+                        &[index * PHOTOGRAPH_STRIDE as u32],
+                    );
+                    if colours {
+                        pass.set_bind_group(2, &groups.atlases[drawn.atlas], &[]);
+                    }
+                    pass.set_stencil_reference(reference);
+                    pass.draw(0..6, share.clone());
+                }
+            }
+        }
+    }
+
+    /// Makes the picture of the sums.
+    pub(crate) fn compose(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &gpu_data::Frame,
+        targets: &Targets,
+    ) {
+        let uniform = uniform(gpu, bytemuck::bytes_of(frame));
+        let bindings = vec![
+            uniform.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&targets.positions),
+            wgpu::BindingResource::TextureView(&targets.orientations),
+            wgpu::BindingResource::TextureView(&targets.blended),
+        ];
+        self.compose.draw(gpu, encoder, bindings, &[&targets.picture_view()]);
+    }
+
+    fn pipelines(&self, gpu: &Gpu, photographs: &[Drawn]) -> BTreeMap<u32, Pipelines> {
+        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        for drawn in photographs {
+            let model = drawn.data.lens.model;
+            pipelines.entry(model).or_insert_with(|| self.pipelines_of(gpu, model));
+        }
+        pipelines.clone()
+    }
+
+    fn pipelines_of(&self, gpu: &Gpu, lens_model: u32) -> Pipelines {
+        let constants = [("LENS_MODEL", f64::from(lens_model))];
+        let Layouts { frame, photograph, atlas } = &self.layouts;
+        let layout = |label, groups: &[Option<&wgpu::BindGroupLayout>]| {
+            gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(label),
+                bind_group_layouts: groups,
+                immediate_size: 0,
             })
         };
-        let pipeline = self.pipeline(gpu, photographs);
-        let uniform = buffer(bytemuck::bytes_of(frame), wgpu::BufferUsages::UNIFORM);
-        // Bindings cannot be empty.
-        let nobody = [gpu_data::Photograph::default()];
-        let photographs = if photographs.is_empty() { &nobody } else { photographs };
-        let photographs = buffer(bytemuck::cast_slice(photographs), wgpu::BufferUsages::STORAGE);
-        let grid = if grid.is_empty() { &[[0.0; 2]] } else { grid };
-        let grid = buffer(bytemuck::cast_slice(grid), wgpu::BufferUsages::STORAGE);
-        let tiles = buffer(bytemuck::cast_slice(tiles), wgpu::BufferUsages::STORAGE);
-        let map_mesh = maps.mesh_view();
-        let atlases = atlas.views();
-        let mut entries: Vec<wgpu::BindGroupEntry<'_>> = [
-            uniform.as_entire_binding(),
-            wgpu::BindingResource::TextureView(gbuffer.planes),
-            wgpu::BindingResource::TextureView(gbuffer.surfaces),
-            wgpu::BindingResource::TextureView(gbuffer.winners),
-            gbuffer.indices.as_entire_binding(),
-            photographs.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&map_mesh),
-            maps.points_buffer().as_entire_binding(),
-            grid.as_entire_binding(),
-            picture.as_entire_binding(),
-            wgpu::BindingResource::Sampler(&self.filtering),
-        ]
-        .into_iter()
-        .zip(0..)
-        .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
-        .collect();
-        entries.extend(atlases.iter().zip(11..).map(|(view, binding)| wgpu::BindGroupEntry {
-            binding,
-            resource: wgpu::BindingResource::TextureView(view),
-        }));
-        entries.push(wgpu::BindGroupEntry { binding: 15, resource: tiles.as_entire_binding() });
-        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("shade"),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &bind_group, &[]);
-        let groups = frame.lens.size.map(|side| (side as u32).div_ceil(8));
-        pass.dispatch_workgroups(groups[0], groups[1], 1);
+        let tile = wgpu::VertexBufferLayout {
+            array_stride: 8,
+            step_mode: wgpu::VertexStepMode::Instance,
+            attributes: &wgpu::vertex_attr_array![0 => Uint32x2],
+        };
+        let tiles = [Some(tile)];
+        let choose = layout("choose", &[Some(frame), Some(photograph)]);
+        let colour = layout("colour", &[Some(frame), Some(photograph), Some(atlas)]);
+        let add = wgpu::BlendComponent {
+            src_factor: wgpu::BlendFactor::One,
+            dst_factor: wgpu::BlendFactor::One,
+            operation: wgpu::BlendOperation::Add,
+        };
+        let kind = |label, layout, module| PipelineKind {
+            label,
+            layout: Some(layout),
+            buffers: &tiles,
+            module,
+        };
+        Pipelines {
+            choose: pipeline(
+                gpu,
+                kind("choose", &choose, &self.choose),
+                &constants,
+                wgpu::ColorTargetState {
+                    format: self.blend_format,
+                    blend: None,
+                    write_mask: wgpu::ColorWrites::empty(),
+                },
+                depth_stencil(true, wgpu::CompareFunction::Greater, replace_always()),
+            ),
+            colour: pipeline(
+                gpu,
+                kind("colour", &colour, &self.colour),
+                &constants,
+                wgpu::ColorTargetState {
+                    format: self.blend_format,
+                    blend: Some(wgpu::BlendState { color: add, alpha: add }),
+                    write_mask: wgpu::ColorWrites::ALL,
+                },
+                depth_stencil(
+                    false,
+                    wgpu::CompareFunction::Always,
+                    wgpu::StencilFaceState {
+                        compare: wgpu::CompareFunction::Equal,
+                        ..wgpu::StencilFaceState::IGNORE
+                    },
+                ),
+            ),
+        }
     }
+
+    fn bind_groups(
+        &self,
+        gpu: &Gpu,
+        frame: &gpu_data::Frame,
+        sources: Sources<'_>,
+        targets: &Targets,
+    ) -> Groups {
+        let group = |label, layout, entries: &[wgpu::BindGroupEntry<'_>]| {
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout,
+                entries,
+            })
+        };
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        let view = wgpu::BindingResource::TextureView;
+        let frame = uniform(gpu, bytemuck::bytes_of(frame));
+        let (map_mesh, map_points) = (sources.maps.mesh_view(), sources.maps.points_view());
+        let mut contents = vec![0; PHOTOGRAPH_STRIDE * sources.photographs.len().max(1)];
+        for (slot, drawn) in contents.chunks_mut(PHOTOGRAPH_STRIDE).zip(sources.photographs) {
+            let data = bytemuck::bytes_of(&drawn.data);
+            slot[..data.len()].copy_from_slice(data);
+        }
+        let photographs = wgpu::BufferBinding {
+            buffer: &uniform(gpu, &contents),
+            offset: 0,
+            size: std::num::NonZero::new(size_of::<Photograph>() as u64),
+        };
+        Groups {
+            frame: group(
+                "frame",
+                &self.layouts.frame,
+                &[
+                    entry(0, frame.as_entire_binding()),
+                    entry(1, view(&targets.positions)),
+                    entry(2, view(&targets.orientations)),
+                    entry(3, view(&map_mesh)),
+                    entry(4, view(&map_points)),
+                    entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
+                ],
+            ),
+            photographs: group(
+                "photographs",
+                &self.layouts.photograph,
+                &[entry(0, wgpu::BindingResource::Buffer(photographs))],
+            ),
+            atlases: sources
+                .atlas
+                .views()
+                .iter()
+                .map(|atlas| group("atlas", &self.layouts.atlas, &[entry(0, view(atlas))]))
+                .collect(),
+        }
+    }
+}
+
+struct Groups {
+    frame: wgpu::BindGroup,
+    photographs: wgpu::BindGroup,
+    atlases: Vec<wgpu::BindGroup>,
+}
+
+/// The format in which colours are added up: the finest that the device can add in.
+pub(crate) fn blend_format(gpu: &Gpu) -> wgpu::TextureFormat {
+    if gpu.device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
+        wgpu::TextureFormat::Rgba32Float
+    } else {
+        wgpu::TextureFormat::Rgba16Float
+    }
+}
+
+impl Layouts {
+    fn new(gpu: &Gpu) -> Self {
+        use wgpu::TextureSampleType::{Float, Uint};
+        use wgpu::TextureViewDimension::{D2, D2Array};
+        let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
+            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(label),
+                entries,
+            })
+        };
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty,
+            count: None,
+        };
+        let texture = |sample_type, view_dimension| wgpu::BindingType::Texture {
+            sample_type,
+            view_dimension,
+            multisampled: false,
+        };
+        let uniform = |has_dynamic_offset| wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset,
+            min_binding_size: None,
+        };
+        let map = texture(Float { filterable: false }, D2Array);
+        Self {
+            frame: layout(
+                "frame",
+                &[
+                    entry(0, uniform(false)),
+                    entry(1, texture(Uint, D2)),
+                    entry(2, texture(Uint, D2)),
+                    entry(3, map),
+                    entry(4, map),
+                    entry(5, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+                ],
+            ),
+            photograph: layout("photograph", &[entry(0, uniform(true))]),
+            atlas: layout("atlas", &[entry(0, texture(Float { filterable: true }, D2Array))]),
+        }
+    }
+}
+
+struct PipelineKind<'a> {
+    label: &'static str,
+    layout: Option<&'a wgpu::PipelineLayout>,
+    buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    module: &'a wgpu::ShaderModule,
+}
+
+fn pipeline(
+    gpu: &Gpu,
+    kind: PipelineKind<'_>,
+    constants: &[(&str, f64)],
+    target: wgpu::ColorTargetState,
+    depth_stencil: wgpu::DepthStencilState,
+) -> wgpu::RenderPipeline {
+    let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(kind.label),
+        layout: kind.layout,
+        vertex: wgpu::VertexState {
+            module: kind.module,
+            entry_point: Some("vs"),
+            compilation_options: compilation_options.clone(),
+            buffers: kind.buffers,
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(depth_stencil),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: kind.module,
+            entry_point: Some("fs"),
+            compilation_options,
+            targets: &[Some(target)],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// The stencil takes the reference wherever the depth test passes.
+fn replace_always() -> wgpu::StencilFaceState {
+    wgpu::StencilFaceState {
+        compare: wgpu::CompareFunction::Always,
+        fail_op: wgpu::StencilOperation::Keep,
+        depth_fail_op: wgpu::StencilOperation::Keep,
+        pass_op: wgpu::StencilOperation::Replace,
+    }
+}
+
+fn depth_stencil(
+    writes: bool,
+    compare: wgpu::CompareFunction,
+    face: wgpu::StencilFaceState,
+) -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format: CHOICE_FORMAT,
+        depth_write_enabled: Some(writes),
+        depth_compare: Some(compare),
+        stencil: wgpu::StencilState {
+            front: face,
+            back: face,
+            read_mask: 0xff,
+            write_mask: if writes { 0xff } else { 0 },
+        },
+        bias: wgpu::DepthBiasState::default(),
+    }
+}
+
+fn uniform(gpu: &Gpu, contents: &[u8]) -> wgpu::Buffer {
+    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("shade"),
+        contents,
+        usage: wgpu::BufferUsages::UNIFORM,
+    })
 }

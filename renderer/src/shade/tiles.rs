@@ -1,8 +1,9 @@
 //! Which photographs can see something of which part of a picture.
 //!
-//! The shading pass tries every photograph of its list at every pixel, and on devices that run
-//! all branches a photograph that looks elsewhere costs as much as one that matters. So the
-//! picture is cut into tiles, and each gets the list of those whose pyramid meets its own.
+//! The picture is cut into tiles, and a photograph is drawn over those whose pyramid meets its
+//! own: where it looks elsewhere it costs nothing.
+
+use std::ops::Range;
 
 use flaneur_scene::{Lens, View};
 use glam::{DVec2, UVec2};
@@ -12,36 +13,37 @@ use crate::lens::{self, NOWHERE};
 use crate::photographs::Photograph;
 use crate::pinhole::Pinhole;
 
-/// Pixels a side of a tile; `TILE` in shade.wgsl. A multiple of the grid's step.
+/// Pixels a side of a tile; `TILE` in photograph.wgsl. A multiple of the grid's step.
 const TILE: u32 = 64;
 
-/// Tiles a row of a picture.
-pub(crate) fn columns(size: UVec2) -> u32 {
-    size.x.div_ceil(TILE)
-}
-
-/// For each tile, rows from the top, `photographs.len() + 1` words: how many photographs can
-/// see something of it, then their indices in order. `grid` is that of a distorted view.
-pub(crate) fn lists(view: &View, grid: &[[f32; 2]], photographs: &[&Photograph]) -> Vec<u32> {
+/// The tiles, column and row, that each photograph can see something of: all of them, and each
+/// photograph's share. `grid` is that of a distorted view.
+pub(crate) fn lists(
+    view: &View,
+    grid: &[[f32; 2]],
+    photographs: &[&Photograph],
+) -> (Vec<[u32; 2]>, Vec<Range<u32>>) {
     let size = view.size();
-    let mut lists = Vec::new();
+    let mut tiles = Vec::new();
     for row in 0..size.y.div_ceil(TILE) {
-        for column in 0..columns(size) {
-            let first = lists.len();
-            lists.push(0);
+        for column in 0..size.x.div_ceil(TILE) {
             let corner = UVec2::new(column, row) * TILE;
             if let Some(tile) = frustum(view, grid, corner, (corner + TILE).min(size)) {
-                for (photograph, index) in photographs.iter().zip(0..) {
-                    if photograph.frustum.meets(&tile) {
-                        lists.push(index);
-                        lists[first] += 1;
-                    }
-                }
+                tiles.push(([column, row], tile));
             }
-            lists.resize(first + photographs.len() + 1, 0);
         }
     }
-    lists
+    let mut seen = Vec::new();
+    let shares = photographs
+        .iter()
+        .map(|photograph| {
+            let first = seen.len() as u32;
+            let meets = |tile: &Frustum| photograph.frustum.meets(tile);
+            seen.extend(tiles.iter().filter(|(_, tile)| meets(tile)).map(|(at, _)| *at));
+            first..seen.len() as u32
+        })
+        .collect();
+    (seen, shares)
 }
 
 /// What the pixels from `low` to `high` see; `None` where that is nothing.

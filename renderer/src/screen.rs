@@ -1,0 +1,97 @@
+//! Passes that run once for each pixel of a picture.
+//!
+//! They are fragment shaders over one large triangle rather than compute shaders: what they
+//! write goes through the device's output stage, which software devices do many pixels at a
+//! time.
+
+use crate::Gpu;
+
+/// The resources of a pass, bound in their order from 0.
+pub(crate) type Bindings<'a> = Vec<wgpu::BindingResource<'a>>;
+
+/// A pipeline with the entry points `vs` and `fs`.
+#[derive(Debug)]
+pub(crate) struct ScreenPass {
+    label: &'static str,
+    pipeline: wgpu::RenderPipeline,
+}
+
+/// The pass of `wgsl`, which writes targets of `formats`.
+pub(crate) fn screen_pass(
+    gpu: &Gpu,
+    label: &'static str,
+    wgsl: &str,
+    formats: &[wgpu::TextureFormat],
+) -> ScreenPass {
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(label),
+        source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+    });
+    let targets: Vec<_> = formats.iter().map(|&format| Some(format.into())).collect();
+    let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(label),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vs"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("fs"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &targets,
+        }),
+        multiview_mask: None,
+        cache: None,
+    });
+    ScreenPass { label, pipeline }
+}
+
+impl ScreenPass {
+    /// Fills all of `targets`.
+    pub(crate) fn draw(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        bindings: Bindings<'_>,
+        targets: &[&wgpu::TextureView],
+    ) {
+        let entries: Vec<_> = bindings
+            .into_iter()
+            .zip(0..)
+            .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(self.label),
+            layout: &self.pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let attachments: Vec<_> = targets
+            .iter()
+            .map(|view| {
+                Some(wgpu::RenderPassColorAttachment {
+                    view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })
+            })
+            .collect();
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(self.label),
+            color_attachments: &attachments,
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &bind_group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}

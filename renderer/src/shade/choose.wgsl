@@ -1,0 +1,10 @@
+// Which camera of a rig sees each pixel's place best: as a depth, so that the device's depth
+// test keeps the largest, and its stencil which camera that was. Needs photograph.wgsl and
+// blend.wgsl.
+
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> @builtin(frag_depth) f32 {
+    let place = textureLoad(positions, vec2<i32>(at.xy), 0);
+    let border = projected(bitcast<vec3<f32>>(place.xyz)).border;
+    return select(0.0, rig_score(border, photograph.closeness), place.w != 0u);
+}

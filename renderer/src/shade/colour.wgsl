@@ -1,0 +1,83 @@
+// What one photograph says about the pixels where it is the best of its rig: weighted linear
+// colour, and the weight. Needs photograph.wgsl, place.wgsl, depth_map.wgsl and blend.wgsl.
+
+@group(0) @binding(2) var orientations: texture_2d<u32>;
+@group(0) @binding(3) var map_mesh: texture_2d_array<f32>;
+@group(0) @binding(4) var map_points: texture_2d_array<f32>;
+@group(0) @binding(5) var filtering: sampler;
+@group(2) @binding(0) var atlas: texture_2d_array<f32>;
+
+// Filtered masks this close to one have no masked texel in them.
+const OPAQUE: f32 = 0.999;
+const MODE_SOURCES: u32 = 7u;
+
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    let cell = vec2<i32>(at.xy);
+    let orientation = textureLoad(orientations, cell, 0).xy;
+    let place = unpacked(textureLoad(positions, cell, 0), orientation);
+    let seen = projected(place.position);
+    let from_centre = place.position - photograph.centre;
+    let distance_2 = dot(from_centre, from_centre);
+    let cosine = -dot(place.normal, from_centre) * inverseSqrt(max(distance_2, 1e-12));
+    let weight = park_weight(cosine, distance_2, photograph.eye_distance_2)
+        * feather_weight(seen.border)
+        * edge_weight(visible_share(place, seen))
+        * photograph.rig_weight;
+    let texel = look_up(seen.pixel, level_of_detail(seen.position.z, place.position));
+    let colour = select(texel.rgb * photograph.gain, photograph.mark, frame.mode == MODE_SOURCES);
+    return select(vec4(0.0), vec4(colour * weight, weight), weight > 0.0 && texel.a >= OPAQUE);
+}
+
+// Share, by bilinear weight, of the four texels around the place that see it.
+fn visible_share(place: Place, seen: Projected) -> f32 {
+    let focal = photograph.map_focal;
+    let centre = photograph.map_centre;
+    let at = focal * seen.normalised + centre - 0.5;
+    let first = floor(at);
+    let t = at - first;
+    let texel_m = seen.position.z / min(focal.x, focal.y);
+    let n = vec3(
+        dot(photograph.right, place.normal),
+        dot(photograph.down, place.normal),
+        dot(photograph.forward, place.normal),
+    );
+    let limit = vec2<i32>(photograph.map_size) - 1;
+    let layer = photograph.map_layer;
+    let c = seen.position;
+    var share = 0.0;
+    for (var corner = 0u; corner < 4u; corner++) {
+        let step = vec2<f32>(vec2(corner & 1u, corner >> 1u));
+        let texel = first + step;
+        let ray = vec3((texel + 0.5 - centre) / focal, 1.0);
+        let z = depth_on_texel_ray(c, n, ray);
+        let relief = relief_depth(place.relief_m, n, ray);
+        let cell = clamp(vec2<i32>(texel), vec2(0), limit);
+        var occluders: Occluders;
+        occluders.mesh = textureLoad(map_mesh, cell, layer, 0).xy;
+        occluders.point = textureLoad(map_points, cell, layer, 0).x;
+        let weight = mix(1.0 - t, t, step);
+        let sees = is_visible(z, texel_m, place.kind == SHOWS_POINT, relief, occluders);
+        share += select(0.0, weight.x * weight.y, sees);
+    }
+    return share;
+}
+
+// How many times the photograph's texels must be halved to match the picture's pixels there.
+fn level_of_detail(photograph_depth: f32, position: vec3<f32>) -> f32 {
+    let texels_per_m = photograph.lens.focal.y / photograph_depth;
+    let view_depth = select(dot(frame.forward, position), 1.0, frame.orthographic == 1u);
+    let lod = log2(max(texels_per_m * view_depth / frame.focal, 1.0));
+    // So little is rounding: the full level alone is exact.
+    return select(min(lod, photograph.max_lod), 0.0, lod < 0.02);
+}
+
+// Filtered linear colour and mask at a raw pixel position.
+fn look_up(pixel: vec2<f32>, lod: f32) -> vec4<f32> {
+    // Half a texel inside, at the coarser of the levels that are filtered.
+    let inset = vec2(0.5 * exp2(ceil(lod)));
+    let size = photograph.lens.size;
+    let inside = clamp(pixel, inset, max(size - inset, inset));
+    let uv = (photograph.corner + inside) * photograph.texel;
+    return textureSampleLevel(atlas, filtering, uv, photograph.layer, lod);
+}

@@ -1,0 +1,103 @@
+// The picture: what the photographs say together, or what is known without them. Needs
+// place.wgsl. `Frame` as in photograph.wgsl.
+
+struct Frame {
+    forward: vec3<f32>,
+    focal: f32,
+    // sRGB, 0 to 1.
+    background: vec3<f32>,
+    orthographic: u32,
+    size: vec2<f32>,
+    mode: u32,
+    padding: u32,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var positions: texture_2d<u32>;
+@group(0) @binding(2) var orientations: texture_2d<u32>;
+@group(0) @binding(3) var blended: texture_2d<f32>;
+
+// Modes, as `Mode` in settings.rs.
+const MODE_POINTS_COLOUR: u32 = 3u;
+const MODE_WIREFRAME: u32 = 4u;
+const MODE_DEPTH: u32 = 5u;
+const MODE_NORMALS: u32 = 6u;
+const MODE_UNCERTAINTY: u32 = 8u;
+
+@vertex
+fn vs(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    // One triangle over the viewport.
+    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}
+
+// sRGB, and in alpha the code of `Surface` in frame.rs.
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    let cell = vec2<i32>(at.xy);
+    let position = textureLoad(positions, cell, 0);
+    let place = unpacked(position, textureLoad(orientations, cell, 0).xy);
+    let sum = textureLoad(blended, cell, 0);
+    var colour = frame.background;
+    var surface = SHOWS_NOTHING;
+    if place.kind != SHOWS_NOTHING {
+        let coloured = sum.w > 0.0;
+        surface = place.kind + select(0u, 1u, coloured);
+        switch frame.mode {
+            case MODE_POINTS_COLOUR: { colour = own_colour(place); }
+            case MODE_WIREFRAME: {
+                colour = select(own_colour(place), vec3(0.05), (position.w & ON_EDGE) != 0u);
+            }
+            case MODE_DEPTH: { colour = vec3(nearness(place)); }
+            case MODE_NORMALS: { colour = 0.5 + 0.5 * place.normal; }
+            case MODE_UNCERTAINTY: { colour = uncertainty_colour(place, coloured); }
+            default: {
+                colour = own_colour(place);
+                if coloured {
+                    colour = srgb_from_linear(sum.rgb / sum.w);
+                }
+            }
+        }
+    }
+    return vec4(colour, f32(surface) / 255.0);
+}
+
+// 1 at the eye, half at 10 m, 0 at infinity.
+fn nearness(place: Place) -> f32 {
+    return 10.0 / (10.0 + max(dot(frame.forward, place.position), 0.0));
+}
+
+// From green (a centimetre) over yellow (a decimetre) to red (a metre and more); dark where no
+// photograph sees the place.
+fn uncertainty_colour(place: Place, coloured: bool) -> vec3<f32> {
+    let metres = select(place.delta, POINT_M, place.kind == SHOWS_POINT);
+    let t = clamp(0.5 + 0.5 * log2(max(metres, 0.01) / 0.1) / log2(10.0), 0.0, 1.0);
+    let ramp = vec3(min(2.0 * t, 1.0), min(2.0 - 2.0 * t, 1.0), 0.1);
+    return ramp * select(0.45, 0.9, coloured);
+}
+
+// Lidar is good to centimetres.
+const POINT_M: f32 = 0.03;
+
+// Where no photograph reaches: a point's own colour, else a grey lit from above.
+fn own_colour(place: Place) -> vec3<f32> {
+    if place.kind == SHOWS_POINT && (place.code >> 31u) == 1u {
+        return unpack4x8unorm(place.code).rgb;
+    }
+    // Neither straight down nor along a street grid, so that faces of a block differ.
+    let light = normalize(vec3(0.35, 0.2, 0.9));
+    let lit = 0.65 + 0.35 * dot(place.normal, light);
+    if place.kind == SHOWS_POINT {
+        return vec3(0.55) * lit;
+    }
+    switch place.code {
+        case 0u: { return vec3(0.50, 0.50, 0.48) * lit; }
+        case 1u: { return vec3(0.66, 0.65, 0.62) * lit; }
+        default: { return vec3(0.60, 0.56, 0.54) * lit; }
+    }
+}
+
+// IEC 61966-2-1.
+fn srgb_from_linear(linear: vec3<f32>) -> vec3<f32> {
+    let curve = 1.055 * pow(max(linear, vec3(0.0031308)), vec3(1.0 / 2.4)) - 0.055;
+    return clamp(select(curve, 12.92 * linear, linear <= vec3(0.0031308)), vec3(0.0), vec3(1.0));
+}

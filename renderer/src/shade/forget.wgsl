@@ -1,0 +1,10 @@
+// Sets depth to 0 and, through the pipeline, the stencil to "none".
+
+@vertex
+fn vs(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    // One triangle over the viewport.
+    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}
+
+@fragment
+fn fs() {}

@@ -1,0 +1,123 @@
+//! A photograph as the shading passes see it.
+
+use flaneur_scene::ImageId;
+use glam::DVec3;
+
+use crate::lens::gpu_data::Lens;
+use crate::photographs::{Photograph, atlas};
+
+pub(crate) mod gpu_data {
+    use crate::lens::gpu_data::Lens;
+
+    /// Mirrors `Photograph` in photograph.wgsl.
+    #[repr(C)]
+    #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+    pub(crate) struct Photograph {
+        pub(crate) lens: Lens,
+        pub(crate) right: [f32; 3],
+        pub(crate) layer: u32,
+        pub(crate) down: [f32; 3],
+        pub(crate) map_layer: u32,
+        pub(crate) forward: [f32; 3],
+        pub(crate) eye_distance_2: f32,
+        pub(crate) centre: [f32; 3],
+        pub(crate) texel: f32,
+        pub(crate) map_focal: [f32; 2],
+        pub(crate) map_centre: [f32; 2],
+        pub(crate) map_size: [u32; 2],
+        pub(crate) corner: [f32; 2],
+        pub(crate) gain: [f32; 3],
+        pub(crate) max_lod: f32,
+        pub(crate) mark: [f32; 3],
+        pub(crate) rig_weight: f32,
+        pub(crate) closeness: f32,
+        pub(crate) padding_0: u32,
+        pub(crate) padding_1: u32,
+        pub(crate) padding_2: u32,
+    }
+}
+
+/// One photograph of a frame, and where it is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drawn {
+    pub(crate) data: gpu_data::Photograph,
+    /// Which of the atlas's arrays holds it.
+    pub(crate) atlas: usize,
+    /// Which rig, in the order of drawing.
+    pub(crate) rig: usize,
+}
+
+/// How a photograph's rig stands among those of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Standing {
+    pub(crate) rig: usize,
+    /// Squared distance from the eye to the nearest camera of the rig, metres.
+    pub(crate) nearest_2: f64,
+    /// See [`rig_weight`].
+    pub(crate) weight: f64,
+}
+
+/// Share of its weight that a rig at `distance_m` from the eye keeps where the nearest rig that
+/// is left out is `left_out_m` away: 1 at the eye, and nothing where the two change places, so
+/// that nothing jumps when they do.
+pub(crate) fn rig_weight(distance_m: f64, left_out_m: f64) -> f64 {
+    // Infinity over infinity is a rig that nobody contests.
+    let share = distance_m / left_out_m;
+    if share < 1.0 { (1.0 - share * share).powi(2) } else { f64::from(u8::from(share.is_nan())) }
+}
+
+/// How near the eye is to a camera compared with the nearest of its rig, 0 to 1, of squared
+/// distances in metres.
+pub(crate) fn closeness(distance_2: f64, nearest_2: f64) -> f64 {
+    const NEAREST_2: f64 = 0.05 * 0.05;
+    (nearest_2 + NEAREST_2) / (distance_2 + NEAREST_2)
+}
+
+/// The colour that stands for a photograph, linear: the same in every frame.
+pub(crate) fn mark(id: &ImageId) -> [f32; 3] {
+    // FNV-1a, then three bytes of it, none dark.
+    let hash = id.to_string().bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    let [.., r, g, b] = hash.to_le_bytes();
+    [r, g, b].map(|byte| 0.05 + 0.95 * (f32::from(byte) / 255.0).powi(2))
+}
+
+impl Drawn {
+    /// `photograph` as seen from `eye`, with the depth map in `map_layer`.
+    pub(crate) fn new(
+        photograph: &Photograph,
+        eye: DVec3,
+        standing: Standing,
+        map_layer: u32,
+        gain: [f32; 3],
+        mark: [f32; 3],
+    ) -> Self {
+        let axes = photograph.camera.cam_from_world.transpose();
+        let centre = photograph.camera.centre - eye;
+        let place = photograph.place;
+        let lens: Lens = photograph.lens;
+        let data = gpu_data::Photograph {
+            lens,
+            right: axes.x_axis.as_vec3().to_array(),
+            layer: place.layer,
+            down: axes.y_axis.as_vec3().to_array(),
+            map_layer,
+            forward: axes.z_axis.as_vec3().to_array(),
+            eye_distance_2: centre.length_squared() as f32,
+            centre: centre.as_vec3().to_array(),
+            texel: 1.0 / atlas::SIDES[place.array] as f32,
+            map_focal: photograph.map.focal.as_vec2().to_array(),
+            map_centre: photograph.map.centre.as_vec2().to_array(),
+            map_size: photograph.map.size.to_array(),
+            corner: place.corner.as_vec2().to_array(),
+            gain,
+            max_lod: place.size.min_element().ilog2().min(atlas::MAX_LOD) as f32,
+            mark,
+            rig_weight: standing.weight as f32,
+            closeness: closeness(centre.length_squared(), standing.nearest_2) as f32,
+            ..Default::default()
+        };
+        Self { data, atlas: place.array, rig: standing.rig }
+    }
+}

@@ -1,0 +1,105 @@
+// One photograph at a time, over the tiles of the picture that it can see something of. Needs
+// lens.wgsl.
+
+// Mirrors `gpu_data::Photograph` in shade/photograph.rs.
+struct Photograph {
+    lens: Lens,
+    // Rows of cam_from_world.
+    right: vec3<f32>,
+    // Which texture of its atlas.
+    layer: u32,
+    down: vec3<f32>,
+    map_layer: u32,
+    forward: vec3<f32>,
+    // Squared distance from the eye, metres.
+    eye_distance_2: f32,
+    // Relative to the eye.
+    centre: vec3<f32>,
+    // One over the side of the atlas layer.
+    texel: f32,
+    map_focal: vec2<f32>,
+    map_centre: vec2<f32>,
+    map_size: vec2<u32>,
+    // Where it lies in its layer, texels.
+    corner: vec2<f32>,
+    // Factor of its linear colours.
+    gain: vec3<f32>,
+    max_lod: f32,
+    // Colour that stands for it, linear.
+    mark: vec3<f32>,
+    // Share of its weight that its rig's place among the nearest leaves, 0 to 1.
+    rig_weight: f32,
+    // How near the eye is to it, compared with the nearest of its rig, 0 to 1.
+    closeness: f32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
+}
+
+// Mirrors `gpu_data::Frame` in shade/mod.rs.
+struct Frame {
+    forward: vec3<f32>,
+    // Pixels a metre at depth 1, or at any depth of an orthographic view.
+    focal: f32,
+    background: vec3<f32>,
+    orthographic: u32,
+    size: vec2<f32>,
+    mode: u32,
+    padding: u32,
+}
+
+struct Projected {
+    // Of the camera frame, metres.
+    position: vec3<f32>,
+    // x/z, y/z.
+    normalised: vec2<f32>,
+    // Raw pixel.
+    pixel: vec2<f32>,
+    // Distance from the picture's border as a share of its shorter side; 0 where it sees nothing.
+    border: f32,
+}
+
+// Pixels a side of a tile, see shade/tiles.rs.
+const TILE: f32 = 64.0;
+// Metres. Nothing nearer to a photograph's eye plane is looked up in it.
+const NEAREST_DEPTH_M: f32 = 0.05;
+
+// The lens model of the photographs of this pipeline: software devices run every branch.
+override LENS_MODEL: u32 = 0u;
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var positions: texture_2d<u32>;
+@group(1) @binding(0) var<uniform> photograph: Photograph;
+
+// One instance a tile: its column and row.
+@vertex
+fn vs(
+    @builtin(vertex_index) index: u32,
+    @location(0) tile: vec2<u32>,
+) -> @builtin(position) vec4<f32> {
+    // Two triangles: corners 0 1 2, 2 1 3.
+    let corner = select(index, 6u - index, index > 2u);
+    let pixel = (vec2<f32>(tile) + vec2<f32>(vec2(corner & 1u, corner >> 1u))) * TILE;
+    let ndc = 2.0 * min(pixel, frame.size) / frame.size - 1.0;
+    return vec4(ndc.x, -ndc.y, 0.0, 1.0);
+}
+
+fn projected(place: vec3<f32>) -> Projected {
+    let from_centre = place - photograph.centre;
+    var found: Projected;
+    found.position = vec3(
+        dot(photograph.right, from_centre),
+        dot(photograph.down, from_centre),
+        dot(photograph.forward, from_centre),
+    );
+    found.normalised = found.position.xy / found.position.z;
+    var lens = photograph.lens;
+    lens.model = LENS_MODEL;
+    let raw = lens_pixel(lens, found.normalised);
+    found.pixel = raw.xy;
+    let inside = min(raw.xy, lens.size - raw.xy);
+    let border = min(inside.x, inside.y) / min(lens.size.x, lens.size.y);
+    let sees = raw.z == 1.0 && found.position.z >= NEAREST_DEPTH_M && border > 0.0;
+    found.border = select(0.0, border, sees);
+    return found;
+}

@@ -1,0 +1,81 @@
+//! Which surface each pixel of the picture shows: mesh and points merged by the hybrid rule.
+//!
+//! The G-buffer is that of an ideal camera; here each pixel of the picture, through its own
+//! lens, gets one record, which the passes after this one read.
+
+use wgpu::util::DeviceExt as _;
+
+use crate::screen::{Bindings, ScreenPass, screen_pass};
+use crate::targets::Targets;
+use crate::{Gpu, camera, lens};
+
+/// The records, to be put before the shaders that read them.
+pub(crate) const PLACE_WGSL: &str = include_str!("place.wgsl");
+
+pub(crate) const POSITION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+pub(crate) const ORIENTATION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
+
+/// The whole shader.
+pub(crate) fn wgsl() -> String {
+    [camera::WGSL, lens::WGSL, PLACE_WGSL, include_str!("surface.wgsl")].concat()
+}
+
+pub(crate) mod gpu_data {
+    use crate::camera::gpu_data::Camera;
+    use crate::lens::gpu_data::Lens;
+
+    /// Mirrors `View` in surface.wgsl.
+    #[repr(C)]
+    #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+    pub(crate) struct View {
+        pub(crate) camera: Camera,
+        pub(crate) lens: Lens,
+        pub(crate) grid_columns: u32,
+        pub(crate) grid_step: f32,
+        pub(crate) padding: [u32; 2],
+    }
+}
+
+/// The pipeline of this pass.
+#[derive(Debug)]
+pub(crate) struct SurfacePass {
+    pass: ScreenPass,
+}
+
+impl SurfacePass {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        let formats = [POSITION_FORMAT, ORIENTATION_FORMAT];
+        Self { pass: screen_pass(gpu, "surface", &wgsl(), &formats) }
+    }
+
+    /// Fills the records of every pixel of the picture. `grid` is that of a distorted view.
+    pub(crate) fn draw(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &gpu_data::View,
+        grid: &[[f32; 2]],
+        targets: &Targets,
+    ) {
+        let buffer = |contents: &[u8], usage| {
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("surface"),
+                contents,
+                usage,
+            })
+        };
+        let uniform = buffer(bytemuck::bytes_of(view), wgpu::BufferUsages::UNIFORM);
+        // Bindings cannot be empty.
+        let grid = if grid.is_empty() { &[[0.0; 2]] } else { grid };
+        let grid = buffer(bytemuck::cast_slice(grid), wgpu::BufferUsages::STORAGE);
+        let bindings: Bindings<'_> = vec![
+            uniform.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&targets.planes),
+            wgpu::BindingResource::TextureView(&targets.surfaces),
+            wgpu::BindingResource::TextureView(&targets.winners),
+            targets.point_indices.as_entire_binding(),
+            grid.as_entire_binding(),
+        ];
+        self.pass.draw(gpu, encoder, bindings, &[&targets.positions, &targets.orientations]);
+    }
+}

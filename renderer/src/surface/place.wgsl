@@ -1,0 +1,65 @@
+// What a pixel of the picture shows, as the surface pass leaves it for the passes after it:
+// in `positions`, relative to the eye in world axes, with flags; in `orientations`, the normal
+// and a code.
+
+struct Place {
+    kind: u32, // of SHOWS_*
+    position: vec3<f32>,
+    // Unit, towards the eye.
+    normal: vec3<f32>,
+    // Uncertainty of mesh, metres.
+    delta: f32,
+    // How far points of the same surface may stand out of its plane, see depth_map.wgsl.
+    relief_m: f32,
+    // Class of mesh, code of a point.
+    code: u32,
+}
+
+const SHOWS_NOTHING: u32 = 0u;
+const SHOWS_MESH: u32 = 1u;
+const SHOWS_POINT: u32 = 3u;
+// Noise between drives, and discs that do not lie in their surface, metres.
+const RELIEF_M: f32 = 0.1;
+
+const KIND_BITS: u32 = 7u;
+const HAS_RELIEF: u32 = 8u;
+const ON_EDGE: u32 = 16u;
+
+fn packed_position(place: Place, on_edge: bool) -> vec4<u32> {
+    let flags = place.kind
+        | select(0u, HAS_RELIEF, place.relief_m > 0.0)
+        | select(0u, ON_EDGE, on_edge)
+        | (pack2x16float(vec2(0.0, place.delta)) & 0xffff0000u);
+    return vec4(bitcast<vec3<u32>>(place.position), flags);
+}
+
+fn packed_orientation(place: Place) -> vec2<u32> {
+    return vec2(octahedral(place.normal), place.code);
+}
+
+fn unpacked(position: vec4<u32>, orientation: vec2<u32>) -> Place {
+    var place: Place;
+    place.kind = position.w & KIND_BITS;
+    place.position = bitcast<vec3<f32>>(position.xyz);
+    place.normal = from_octahedral(orientation.x);
+    place.delta = unpack2x16float(position.w).y;
+    place.relief_m = select(0.0, max(place.delta, RELIEF_M), (position.w & HAS_RELIEF) != 0u);
+    place.code = orientation.y;
+    return place;
+}
+
+// A unit vector on the octahedron |x| + |y| + |z| = 1, its lower half folded outwards: within
+// 6e-5 rad.
+fn octahedral(n: vec3<f32>) -> u32 {
+    let scale = 1.0 / max(abs(n.x) + abs(n.y) + abs(n.z), 1e-12);
+    let p = n.xy * scale;
+    let folded = (1.0 - abs(p.yx)) * select(vec2(-1.0), vec2(1.0), p >= vec2(0.0));
+    return pack2x16snorm(select(p, folded, n.z < 0.0));
+}
+
+fn from_octahedral(code: u32) -> vec3<f32> {
+    let p = unpack2x16snorm(code);
+    let z = 1.0 - abs(p.x) - abs(p.y);
+    let fold = max(-z, 0.0);
+    return normalize(vec3(p - select(vec2(-fold), vec2(fold), p >= vec2(0.0)), z));
+}

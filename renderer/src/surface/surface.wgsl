@@ -1,0 +1,133 @@
+// Which surface each pixel of the picture shows. Needs camera.wgsl, lens.wgsl and place.wgsl.
+
+// Mirrors `View` in surface/mod.rs.
+struct View {
+    // The pinhole of the G-buffer; positions are relative to its centre, the eye.
+    camera: Camera,
+    // The lens of the picture. Model 0: the pinhole itself.
+    lens: Lens,
+    // Nodes a row of `grid`, pixels between them.
+    grid_columns: u32,
+    grid_step: f32,
+    padding: vec2<u32>,
+}
+
+struct Shown {
+    @location(0) position: vec4<u32>,
+    @location(1) orientation: vec2<u32>,
+}
+
+const NONE: u32 = 0xffffffffu;
+const NOWHERE: f32 = 1e29;
+const NOTHING_M: f32 = 1e30;
+// Marks a surface of the G-buffer that lies on the edge of a triangle.
+const EDGE_BIT: u32 = 0x80000000u;
+// Points this near to a mesh are its surface however certain the mesh is, metres: waves and
+// kerbs that a grid of terrain does not follow.
+const SAME_SURFACE_M: f32 = 0.15;
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var planes: texture_2d<f32>;
+@group(0) @binding(2) var surfaces: texture_2d<u32>;
+@group(0) @binding(3) var winners: texture_2d<u32>;
+@group(0) @binding(4) var<storage, read> indices: array<u32>;
+@group(0) @binding(5) var<storage, read> grid: array<vec2<f32>>;
+
+@vertex
+fn vs(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    // One triangle over the viewport.
+    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}
+
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> Shown {
+    var shown: Shown;
+    let m = direction(at.xy);
+    if m.z > 0.0 {
+        let cell = vec2<i32>(floor(view.camera.focal * m.xy + view.camera.centre));
+        if all(cell >= vec2(0)) && all(cell < vec2<i32>(view.camera.size)) {
+            let surface = textureLoad(surfaces, cell, 0).x;
+            let place = place_on(m.xy, cell, surface);
+            shown.position = packed_position(place, (surface & EDGE_BIT) != 0u);
+            shown.orientation = packed_orientation(place);
+        }
+    }
+    return shown;
+}
+
+// Normalised direction that a raw pixel position sees; z is 0 where it sees none.
+fn direction(pixel: vec2<f32>) -> vec3<f32> {
+    let lens = view.lens;
+    if lens.model == 0u {
+        return vec3((pixel - lens.centre) / lens.focal, 1.0);
+    }
+    let at = pixel / view.grid_step;
+    let node = floor(at);
+    let t = at - node;
+    let first = u32(node.y) * view.grid_columns + u32(node.x);
+    let nw = grid[first];
+    let ne = grid[first + 1u];
+    let sw = grid[first + view.grid_columns];
+    let se = grid[first + view.grid_columns + 1u];
+    if max(max(nw.x, ne.x), max(sw.x, se.x)) > NOWHERE {
+        return vec3(0.0);
+    }
+    let m = mix(mix(nw, ne, t.x), mix(sw, se, t.x), t.y);
+    // One Newton step, with the slope of the interpolation.
+    let dx = mix(ne - nw, se - sw, t.y) / view.grid_step;
+    let dy = mix(sw - nw, se - ne, t.x) / view.grid_step;
+    let missed = pixel - lens_pixel(lens, m).xy;
+    return vec3(m + dx * missed.x + dy * missed.y, 1.0);
+}
+
+// The surface that the ray through the normalised position m meets, by the hybrid rule: the
+// mesh occludes from its far surface, delta behind it; within delta a point replaces it.
+fn place_on(m: vec2<f32>, cell: vec2<i32>, surface: u32) -> Place {
+    var place: Place;
+    let ray = ray_through(view.camera, m);
+    let cell_ray =
+        ray_through(view.camera, normalised(view.camera, vec2<f32>(cell) + 0.5));
+    var depth = NOTHING_M;
+    var mesh_depth = NOTHING_M;
+    if surface != 0u {
+        let plane = textureLoad(planes, cell, 0);
+        let at_centre = plane_depth(plane, cell_ray);
+        let exact = plane_depth(plane, ray);
+        // Seen nearly edge-on, the plane may run away within a pixel.
+        mesh_depth = select(at_centre, exact, exact > 0.5 * at_centre && exact < 2.0 * at_centre);
+        depth = mesh_depth;
+        place.kind = SHOWS_MESH;
+        place.normal = plane.xyz;
+        place.delta = unpack2x16float(surface).x;
+        place.relief_m = max(place.delta, RELIEF_M);
+        place.code = ((surface & ~EDGE_BIT) >> 16u) - 1u;
+    }
+    if indices[u32(cell.y) * view.camera.size.x + u32(cell.x)] != NONE {
+        let winner = textureLoad(winners, cell, 0);
+        let p = bitcast<vec3<f32>>(winner.xyz);
+        let towards = facing(view.camera, p);
+        let disc = vec4(towards, dot(towards, p));
+        if place.kind == SHOWS_NOTHING || plane_depth(disc, cell_ray) <= mesh_depth + place.delta {
+            let mesh = place;
+            place = Place();
+            place.kind = SHOWS_POINT;
+            place.normal = towards;
+            place.code = winner.w;
+            depth = plane_depth(disc, ray);
+            // A point near the mesh is that surface, better known: it has its orientation.
+            if mesh.kind == SHOWS_MESH {
+                let through = vec4(mesh.normal, dot(mesh.normal, p));
+                let off_plane = through.w - dot(mesh.normal, on_ray(ray, mesh_depth));
+                let inclined = plane_depth(through, ray);
+                let near_disc = inclined > 0.8 * depth && inclined < 1.25 * depth;
+                if abs(off_plane) <= max(mesh.delta, SAME_SURFACE_M) && near_disc {
+                    depth = inclined;
+                    place.normal = mesh.normal;
+                    place.relief_m = RELIEF_M;
+                }
+            }
+        }
+    }
+    place.position = on_ray(ray, depth);
+    return place;
+}
