@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::{ArgGroup, Args};
-use flaneur_renderer::{Frame, Gpu, Renderer};
+use flaneur_renderer::{Frame, Gpu, Mode, Renderer};
 use flaneur_scene::View;
 use flaneur_services::ingest::{Progress, Unit};
 use flaneur_streamer::{Event, Streamer, ViewRequest};
@@ -197,10 +197,12 @@ impl Session {
                 let warm = Instant::now();
                 self.renderer.render(view)?;
                 let frame_ms = milliseconds(warm);
+                let (_, passes) = self.renderer.render_timed(view, Mode::Hybrid)?;
                 self.frames.push(FrameReport::new(
                     file,
                     &frame,
                     frame_ms,
+                    &passes,
                     since_start_ms,
                     bytes_received,
                 ));

@@ -1,8 +1,9 @@
 //! What `--report` says.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use flaneur_renderer::Frame;
+use flaneur_renderer::{Frame, PassTime};
 use serde::Serialize;
 
 /// All frames of a run. Times, counts and coverage are those of the last frame; every frame has
@@ -37,6 +38,8 @@ pub(crate) struct FrameReport {
     width: u32,
     height: u32,
     frame_ms: f64,
+    /// Milliseconds of each pass, each waited for before the next begins.
+    passes: BTreeMap<&'static str, f64>,
     /// From the start of connecting to this picture, milliseconds.
     since_start_ms: f64,
     /// Bytes received until this picture.
@@ -72,6 +75,7 @@ impl FrameReport {
         file: &Path,
         frame: &Frame,
         frame_ms: f64,
+        passes: &[PassTime],
         since_start_ms: f64,
         bytes_received: u64,
     ) -> Self {
@@ -80,6 +84,7 @@ impl FrameReport {
             width: frame.size.x,
             height: frame.size.y,
             frame_ms,
+            passes: passes.iter().map(|p| (p.pass, p.time.as_secs_f64() * 1e3)).collect(),
             since_start_ms,
             bytes_received,
             points: frame.stats.points,
