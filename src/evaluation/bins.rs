@@ -26,6 +26,14 @@ impl Bin {
     pub(crate) fn holds(&self, distance_m: f64) -> bool {
         distance_m >= self.from_m && self.to_m.is_none_or(|to_m| distance_m < to_m)
     }
+
+    /// As people read it: `2–4 m`, `24 m or more`.
+    pub(crate) fn label(&self) -> String {
+        match self.to_m {
+            Some(to_m) => format!("{}–{to_m} m", self.from_m),
+            None => format!("{} m or more", self.from_m),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -37,19 +45,19 @@ mod tests {
         let bin = |distance_m| {
             let bins: Vec<_> = Bin::all().filter(|bin| bin.holds(distance_m)).collect();
             let [bin] = bins[..] else { panic!("{distance_m}: {bins:?}") };
-            (bin.from_m, bin.to_m)
+            bin.label()
         };
-        for (distance_m, range) in [
-            (0.0, (0.0, Some(2.0))),
-            (1.999, (0.0, Some(2.0))),
-            (2.0, (2.0, Some(4.0))),
-            (7.5, (4.0, Some(8.0))),
-            (8.0, (8.0, Some(16.0))),
-            (23.9, (16.0, Some(24.0))),
-            (24.0, (24.0, None)),
-            (1e6, (24.0, None)),
+        for (distance_m, label) in [
+            (0.0, "0–2 m"),
+            (1.999, "0–2 m"),
+            (2.0, "2–4 m"),
+            (7.5, "4–8 m"),
+            (8.0, "8–16 m"),
+            (23.9, "16–24 m"),
+            (24.0, "24 m or more"),
+            (1e6, "24 m or more"),
         ] {
-            assert_eq!(bin(distance_m), range, "{distance_m}");
+            assert_eq!(bin(distance_m), label, "{distance_m}");
         }
     }
 }

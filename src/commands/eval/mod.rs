@@ -1,31 +1,25 @@
 //! `flaneur eval`: renderings against photographs that were held out.
 
 mod contender;
+mod session;
 mod target;
 
+use std::collections::BTreeSet;
 use std::num::NonZero;
 use std::path::PathBuf;
 use std::str::FromStr;
-use std::sync::Arc;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args};
-use flaneur_renderer::{Gpu, Settings};
-use flaneur_scene::{ImageId, View};
-use flaneur_services::ingest::{Progress, Unit};
-use flaneur_streamer::{Event, Streamer, ViewRequest};
-use futures::StreamExt;
+use flaneur_scene::ImageId;
 
 use super::Context;
 use crate::atomic_file;
-use crate::evaluation::{
-    Choice, Described, METHODS, Making, Method, Report, Row, Score, Split, nearest_source,
-};
+use crate::evaluation::{Choice, Described, Gallery, METHODS, Method, Report, Split, page};
 use crate::exit::Exit;
 use crate::names::{Names, Pattern};
 use crate::output;
-use crate::source::{Source, stream_exit};
-use contender::Contender;
+use session::Session;
 use target::Target;
 
 /// SOURCE comes first, because --hold-out and --only take as many names as follow them.
@@ -75,6 +69,9 @@ pub(crate) struct EvalArguments {
     /// Every score and their means, as JSON
     #[arg(long, value_name = "FILE.json")]
     report: PathBuf,
+    /// Tables, plots, and small pictures of the views, as one page
+    #[arg(long, value_name = "FILE.html")]
+    html: Option<PathBuf>,
 }
 
 /// `every:N` with N of at least 2.
@@ -83,142 +80,40 @@ struct Every(NonZero<usize>);
 
 /// Evaluates, writes the report, prints the means.
 pub(crate) async fn run(arguments: EvalArguments, context: &Context) -> Result<(), Exit> {
-    atomic_file::check_folder(&arguments.report)?;
+    for file in [Some(&arguments.report), arguments.html.as_ref()].into_iter().flatten() {
+        atomic_file::check_folder(file)?;
+    }
     let methods: Vec<&'static Method> = METHODS
         .iter()
         .filter(|method| {
             arguments.methods.is_empty() || arguments.methods.iter().any(|m| m.name == method.name)
         })
         .collect();
-    let mut evaluation = tokio::select! {
+    let evaluate = async {
+        let mut session = Session::prepare(&arguments, &methods).await?;
+        let mut gallery =
+            arguments.html.is_some().then(|| Gallery::new(session.targets(), methods.len()));
+        let rows = session.run(gallery.as_mut(), context).await?;
+        Ok::<_, Exit>((session.report(rows, &methods), gallery))
+    };
+    let (report, gallery) = tokio::select! {
         () = context.cancel.cancelled() => return Err(Exit::Interrupted),
-        ready = Evaluation::prepare(&arguments, &methods) => ready?,
+        evaluated = evaluate => evaluated?,
     };
-    let stage = {
-        let pictures = evaluation.targets.len() * methods.len();
-        context.console.stage("evaluate", pictures as u64, Unit::Images)
-    };
-    let mut rows = Vec::new();
-    for target in std::mem::take(&mut evaluation.targets) {
-        let photograph = target.photograph(&evaluation.streamer).await?;
-        evaluation.fetch(&target, context).await?;
-        let (nearest, nearest_m) = evaluation.nearest(&target)?;
-        for index in 0..evaluation.contenders.len() {
-            let contender = &mut evaluation.contenders[index];
-            let picture = contender.picture(
-                &target.camera,
-                &nearest,
-                &evaluation.names,
-                &evaluation.streamer,
-            );
-            let picture = tokio::select! {
-                () = context.cancel.cancelled() => return Err(Exit::Interrupted),
-                picture = picture => picture?,
-            };
-            let score = tokio::task::block_in_place(|| Score::new(&photograph, &picture));
-            let score = score.ok_or_else(|| {
-                Exit::failed(anyhow::anyhow!(
-                    "{} is {} pixels, and its rendering {}",
-                    target.id,
-                    photograph.size,
-                    picture.size
-                ))
-            })?;
-            let method = contender.method.name;
-            rows.push(Row { id: target.id.clone(), nearest_m, method, score });
-            stage.advance(1);
-        }
+    if let (Some(file), Some(gallery)) = (&arguments.html, &gallery) {
+        atomic_file::write(file, page(&report, gallery).as_bytes())?;
     }
-    drop(stage);
-    let scene = evaluation.streamer.info().name.clone();
-    let report = Report::new(scene, evaluation.adapter, evaluation.described, &methods, rows);
     let mut json = serde_json::to_vec_pretty(&report)?;
     json.push(b'\n');
     atomic_file::write(&arguments.report, &json)?;
     output::print(&summary(&report))
 }
 
-/// All that the views of one evaluation share.
-struct Evaluation {
-    streamer: Streamer,
-    names: Names,
-    sources: Arc<std::collections::BTreeSet<ImageId>>,
-    targets: Vec<Target>,
-    contenders: Vec<Contender>,
-    adapter: Option<String>,
-    described: Described,
-}
-
-impl Evaluation {
-    /// Connects, opens the graphics device meanwhile, and finds out what is held out.
-    async fn prepare(arguments: &EvalArguments, methods: &[&'static Method]) -> Result<Self, Exit> {
-        let is_rendered = |method: &&Method| matches!(method.making, Making::Rendered { .. });
-        let gpu = methods.iter().any(is_rendered).then(|| tokio::task::spawn_blocking(Gpu::new));
-        let streamer = Source::open(&arguments.source).await?.streamer().await?;
-        let names = Names::all(streamer.client()).await?;
-        let (sources, targets) = chosen(arguments, &names)?;
-        let gpu = match gpu {
-            Some(gpu) => Some(gpu.await??),
-            None => None,
-        };
-        let settings = Settings::default();
-        let described = Described {
-            held_out: arguments.described(),
-            only: arguments.only.iter().map(Pattern::to_string).collect(),
-            sources: sources.len(),
-            targets: targets.len(),
-            methods: methods.iter().map(|method| method.name).collect(),
-            renderer: format!("{settings:?}"),
-        };
-        let contender = |method: &&'static Method| Contender::new(method, gpu.as_ref(), settings);
-        Ok(Self {
-            contenders: methods.iter().map(contender).collect(),
-            adapter: gpu.as_ref().map(|gpu| gpu.adapter_name().to_owned()),
-            streamer,
-            names,
-            sources: Arc::new(sources),
-            targets,
-            described,
-        })
-    }
-
-    /// Brings everything that the target's view wants to every renderer that takes it: one
-    /// stream feeds them all.
-    async fn fetch(&mut self, target: &Target, context: &Context) -> Result<(), Exit> {
-        let sources = Arc::clone(&self.sources);
-        let request = ViewRequest {
-            excluded: Arc::new(move |id| !sources.contains(id)),
-            ..ViewRequest::new(View { camera: target.camera })
-        };
-        let mut events = self.streamer.stream(request, &context.cancel);
-        while let Some(event) = events.next().await {
-            if let Event::Update(update) = event.map_err(stream_exit)? {
-                tokio::task::block_in_place(|| {
-                    self.contenders.iter_mut().try_for_each(|contender| contender.apply(&update))
-                })?;
-            }
-        }
-        Ok(())
-    }
-
-    /// The source that stands nearest to the target, and its distance in metres.
-    fn nearest(&self, target: &Target) -> Result<(ImageId, f64), Exit> {
-        let all = self.names.photographs().iter();
-        let sources = all
-            .filter(|(id, _)| self.sources.contains(*id))
-            .map(|(id, photograph)| (id, &photograph.camera));
-        let nearest = nearest_source(&target.camera, sources);
-        nearest
-            .map(|(id, nearest_m)| (id.clone(), nearest_m))
-            .ok_or_else(|| Exit::bad_input(anyhow::anyhow!("the scene has no photograph")))
-    }
-}
-
 /// The photographs that may be used, and the views that are rendered from them.
 fn chosen(
     arguments: &EvalArguments,
     names: &Names,
-) -> Result<(std::collections::BTreeSet<ImageId>, Vec<Target>), Exit> {
+) -> Result<(BTreeSet<ImageId>, Vec<Target>), Exit> {
     for pattern in &arguments.only {
         names.check(pattern)?;
     }
