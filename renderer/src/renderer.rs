@@ -60,7 +60,7 @@ impl Renderer {
             mesh: MeshStore::default(),
             points: PointStore::default(),
             photographs: PhotographStore::new(gpu),
-            maps: DepthMaps::new(gpu, depth_map_side),
+            maps: DepthMaps::new(gpu, depth_map_side, settings.refine_by_points),
             targets: None,
         }
     }
@@ -227,7 +227,7 @@ impl Renderer {
             orthographic: camera.orthographic,
             size: size.as_vec2().to_array(),
             mode: mode as u32,
-            padding: 0,
+            depth_test: u32::from(settings.depth_test),
         };
         let sources = shade::Sources {
             photographs: &photographs,

@@ -7,6 +7,11 @@ pub struct Settings {
     pub rigs: usize,
     /// Longest side of a photograph's depth map, texels, 64 to 2048, a multiple of 64.
     pub depth_map_side: u32,
+    /// Whether a photograph colours only what its depth map says that it sees. Without, it goes
+    /// through everything.
+    pub depth_test: bool,
+    /// Whether points refine depth maps. Without, those are of the mesh alone.
+    pub refine_by_points: bool,
     /// Radius of a splat as a share of the distance between points. A square grid closes
     /// up from 0.71.
     pub splat_scale: f32,
@@ -51,6 +56,8 @@ impl Default for Settings {
         Self {
             rigs: 8,
             depth_map_side: 512,
+            depth_test: true,
+            refine_by_points: true,
             splat_scale: 0.75,
             max_splat_radius_m: 0.25,
             image_memory_bytes: 3 << 30,

@@ -90,7 +90,7 @@ fn mirrors_have_the_layout_of_their_shaders() {
             source,
             "Frame",
             shade::gpu_data::Frame,
-            [forward, focal, background, orthographic, size, mode, padding]
+            [forward, focal, background, orthographic, size, mode, depth_test]
         );
     }
     assert_mirrors!(

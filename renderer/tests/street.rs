@@ -85,6 +85,26 @@ fn a_pole_of_points_hides_the_wall_and_is_not_smeared_on_it() {
     }
 }
 
+/// The mesh does not know the pole. Where the depth maps are not told of its points, or are not
+/// asked, it is smeared on the wall behind.
+#[test]
+fn without_the_depth_test_or_its_refinement_the_pole_is_smeared() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let view = view(street.origin);
+    let mut updates = photographs(&street);
+    updates.push(mesh_update(street.mesh(&[0, 2, 3], 0.0)));
+    updates.push(points_update(street.points(&[1], 0.03)));
+    let wrong = |settings| {
+        let frame = renderer(settings, updates.clone()).render(&view).expect("a frame");
+        street.likeness(&frame, &view.camera, 4).wrong
+    };
+    let whole = wrong(Settings::default());
+    let blind = wrong(Settings { depth_test: false, ..Settings::default() });
+    let coarse = wrong(Settings { refine_by_points: false, ..Settings::default() });
+    println!("wrong pixels: {whole:.4}, without refinement {coarse:.4}, without test {blind:.4}");
+    assert!(whole < 0.004 && coarse > 0.01 && blind >= coarse, "{whole} {coarse} {blind}");
+}
+
 /// The mesh puts the wall 0.3 m behind or before its true place, and knows that it may be off
 /// by 0.5 m: the points replace it. With δ = 0.1 m those behind it stay hidden.
 #[test]

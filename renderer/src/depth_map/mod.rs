@@ -33,6 +33,8 @@ const FIRST_MAPS: usize = 8;
 #[derive(Debug)]
 pub(crate) struct DepthMaps {
     side: u32,
+    /// Whether points are drawn into them.
+    refined: bool,
     max_maps: usize,
     slots: HashMap<ImageId, Slot>,
     textures: Textures,
@@ -70,11 +72,11 @@ pub(crate) struct Sources<'a> {
 }
 
 impl DepthMaps {
-    pub(crate) fn new(gpu: &Gpu, side: u32) -> Self {
+    pub(crate) fn new(gpu: &Gpu, side: u32, refined: bool) -> Self {
         let limits = gpu.device.limits();
         let max_maps = MAX_MAPS.min(limits.max_texture_array_layers as usize);
         let textures = Textures::new(gpu, side, FIRST_MAPS.min(max_maps));
-        Self { side, max_maps, slots: HashMap::new(), textures, frame: 0 }
+        Self { side, refined, max_maps, slots: HashMap::new(), textures, frame: 0 }
     }
 
     /// How many photographs one frame may use.
@@ -169,9 +171,8 @@ impl DepthMaps {
             if redraw || !pending.is_empty() {
                 let (frustum, centre) = (&photograph.frustum, photograph.camera.centre);
                 let max_radius_m = splat::MAX_MAP_RADIUS_M;
-                let list = sources
-                    .points
-                    .map_list(frustum, centre, max_radius_m, |id| redraw || pending.contains(id));
+                let wanted = |id: &PointNodeId| self.refined && (redraw || pending.contains(id));
+                let list = sources.points.map_list(frustum, centre, max_radius_m, wanted);
                 let scratch = &self.textures.scratch;
                 let (whole, buffer) = self.textures.points_layer(slot.layer, self.side);
                 if redraw {

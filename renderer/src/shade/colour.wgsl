@@ -19,10 +19,14 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let seen = projected(place.position);
     let from_centre = place.position - photograph.centre;
     let distance_2 = dot(from_centre, from_centre);
+    var visible = 1.0;
+    if frame.depth_test == 1u {
+        visible = visible_share(place, seen);
+    }
     let cosine = -dot(place.normal, from_centre) * inverseSqrt(max(distance_2, 1e-12));
     let weight = park_weight(cosine, distance_2, photograph.eye_distance_2)
         * feather_weight(seen.border)
-        * edge_weight(visible_share(place, seen))
+        * edge_weight(visible)
         * photograph.rig_weight;
     let texel = look_up(seen.pixel, level_of_detail(seen.position.z, place.position));
     let colour = select(texel.rgb * photograph.gain, photograph.mark, frame.mode == MODE_SOURCES);

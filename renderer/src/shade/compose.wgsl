@@ -9,7 +9,7 @@ struct Frame {
     orthographic: u32,
     size: vec2<f32>,
     mode: u32,
-    padding: u32,
+    depth_test: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -72,7 +72,7 @@ pub(crate) mod gpu_data {
         pub(crate) orthographic: u32,
         pub(crate) size: [f32; 2],
         pub(crate) mode: u32,
-        pub(crate) padding: u32,
+        pub(crate) depth_test: u32,
     }
 }
 

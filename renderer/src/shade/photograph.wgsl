@@ -45,7 +45,8 @@ struct Frame {
     orthographic: u32,
     size: vec2<f32>,
     mode: u32,
-    padding: u32,
+    // 1 where a photograph colours only what it sees, 0 where it goes through everything.
+    depth_test: u32,
 }
 
 struct Projected {
