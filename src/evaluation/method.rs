@@ -31,24 +31,40 @@ pub(crate) enum Making {
 }
 
 /// Every method; the whole renderer first, then each of its switches off in turn.
-pub(crate) static METHODS: &[Method] = &[
-    Method { name: "nearest", about: "The nearest source, unwarped", making: Making::Nearest },
-    Method {
-        name: "mesh",
-        about: "Rendered without points",
-        making: Making::Rendered { mesh: true, points: false, settings: |whole| whole },
-    },
-    Method {
-        name: "points",
-        about: "Rendered without buildings and terrain",
-        making: Making::Rendered { mesh: false, points: true, settings: |whole| whole },
-    },
-    Method {
-        name: "hybrid",
-        about: "The whole renderer",
-        making: Making::Rendered { mesh: true, points: true, settings: |whole| whole },
-    },
-];
+pub(crate) static METHODS: &[Method] =
+    &[
+        Method { name: "nearest", about: "The nearest source, unwarped", making: Making::Nearest },
+        Method {
+            name: "mesh",
+            about: "Rendered without points",
+            making: Making::Rendered { mesh: true, points: false, settings: |whole| whole },
+        },
+        Method {
+            name: "points",
+            about: "Rendered without buildings and terrain",
+            making: Making::Rendered { mesh: false, points: true, settings: |whole| whole },
+        },
+        Method {
+            name: "hybrid",
+            about: "The whole renderer",
+            making: Making::Rendered { mesh: true, points: true, settings: |whole| whole },
+        },
+        without("hybrid-without-depth-test", "Photographs go through everything", |whole| {
+            Settings { depth_test: false, ..whole }
+        }),
+        without("hybrid-without-refinement", "Depth maps are of the mesh alone", |whole| {
+            Settings { refine_by_points: false, ..whole }
+        }),
+    ];
+
+/// The whole renderer with one of its switches off.
+const fn without(
+    name: &'static str,
+    about: &'static str,
+    settings: fn(Settings) -> Settings,
+) -> Method {
+    Method { name, about, making: Making::Rendered { mesh: true, points: true, settings } }
+}
 
 impl Method {
     /// The method of that name.
