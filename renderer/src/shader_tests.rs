@@ -14,7 +14,7 @@ fn sources() -> Vec<(&'static str, String)> {
         ("halve", photographs::atlas::HALVE_WGSL.to_owned()),
         ("surface", surface::wgsl()),
         ("choose", shade::choose_wgsl()),
-        ("colour", shade::colour_wgsl()),
+        ("deferred", shade::deferred_wgsl()),
         ("compose", shade::compose_wgsl()),
         ("forget", shade::FORGET_WGSL.to_owned()),
         ("lens", lens::WGSL.to_owned()),

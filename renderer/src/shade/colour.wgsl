@@ -1,7 +1,6 @@
-// What one photograph says about the pixels where it is the best of its rig: weighted linear
+// What one photograph says about a place, wherever its projection comes from: weighted linear
 // colour, and the weight. Needs photograph.wgsl, place.wgsl, depth_map.wgsl and blend.wgsl.
 
-@group(0) @binding(2) var orientations: texture_2d<u32>;
 @group(0) @binding(3) var map_mesh: texture_2d_array<f32>;
 @group(0) @binding(4) var map_points: texture_2d_array<f32>;
 @group(0) @binding(5) var filtering: sampler;
@@ -11,41 +10,33 @@
 const OPAQUE: f32 = 0.999;
 const MODE_SOURCES: u32 = 7u;
 
-@fragment
-fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-    let cell = vec2<i32>(at.xy);
-    let orientation = textureLoad(orientations, cell, 0).xy;
-    let place = unpacked(textureLoad(positions, cell, 0), orientation);
-    let seen = projected(place.position);
-    let from_centre = place.position - photograph.centre;
-    let distance_2 = dot(from_centre, from_centre);
+// place: of it, kind, normal and relief. view_depth: along the view's axis, metres.
+fn weighted_colour(place: Place, seen: Projected, view_depth: f32) -> vec4<f32> {
+    let n = turned(place.normal);
+    let distance_2 = dot(seen.position, seen.position);
     var visible = 1.0;
     if frame.depth_test == 1u {
-        visible = visible_share(place, seen);
+        visible = visible_share(place, n, seen);
     }
-    let cosine = -dot(place.normal, from_centre) * inverseSqrt(max(distance_2, 1e-12));
+    let cosine = -dot(n, seen.position) * inverseSqrt(max(distance_2, 1e-12));
     let weight = park_weight(cosine, distance_2, photograph.eye_distance_2)
         * feather_weight(seen.border)
         * edge_weight(visible)
         * photograph.rig_weight;
-    let texel = look_up(seen.pixel, level_of_detail(seen.position.z, place.position));
+    let texel = look_up(seen.pixel, level_of_detail(seen.position.z, view_depth));
     let colour = select(texel.rgb * photograph.gain, photograph.mark, frame.mode == MODE_SOURCES);
     return select(vec4(0.0), vec4(colour * weight, weight), weight > 0.0 && texel.a >= OPAQUE);
 }
 
-// Share, by bilinear weight, of the four texels around the place that see it.
-fn visible_share(place: Place, seen: Projected) -> f32 {
+// Share, by bilinear weight, of the four texels around the place that see it. n: its normal in
+// the photograph's frame.
+fn visible_share(place: Place, n: vec3<f32>, seen: Projected) -> f32 {
     let focal = photograph.map_focal;
     let centre = photograph.map_centre;
     let at = focal * seen.normalised + centre - 0.5;
     let first = floor(at);
     let t = at - first;
     let texel_m = seen.position.z / min(focal.x, focal.y);
-    let n = vec3(
-        dot(photograph.right, place.normal),
-        dot(photograph.down, place.normal),
-        dot(photograph.forward, place.normal),
-    );
     let limit = vec2<i32>(photograph.map_size) - 1;
     let layer = photograph.map_layer;
     let c = seen.position;
@@ -68,10 +59,10 @@ fn visible_share(place: Place, seen: Projected) -> f32 {
 }
 
 // How many times the photograph's texels must be halved to match the picture's pixels there.
-fn level_of_detail(photograph_depth: f32, position: vec3<f32>) -> f32 {
+fn level_of_detail(photograph_depth: f32, view_depth: f32) -> f32 {
     let texels_per_m = photograph.lens.focal.y / photograph_depth;
-    let view_depth = select(dot(frame.forward, position), 1.0, frame.orthographic == 1u);
-    let lod = log2(max(texels_per_m * view_depth / frame.focal, 1.0));
+    let metres_per_pixel = select(view_depth, 1.0, frame.orthographic == 1u) / frame.focal;
+    let lod = log2(max(texels_per_m * metres_per_pixel, 1.0));
     // So little is rounding: the full level alone is exact.
     return select(min(lod, photograph.max_lod), 0.0, lod < 0.02);
 }

@@ -47,10 +47,15 @@ pub(crate) fn choose_wgsl() -> String {
     [lens::WGSL, PHOTOGRAPH_WGSL, BLEND_WGSL, include_str!("choose.wgsl")].concat()
 }
 
-/// The shader that adds a photograph's colours.
+/// What a photograph says about a place, to be put before the shaders that ask it.
 pub(crate) fn colour_wgsl() -> String {
     let parts = [lens::WGSL, PHOTOGRAPH_WGSL, PLACE_WGSL, depth_map::WGSL, BLEND_WGSL];
     [&parts.concat(), include_str!("colour.wgsl")].concat()
+}
+
+/// The shader that adds a photograph's colours where it sees what pixels show.
+pub(crate) fn deferred_wgsl() -> String {
+    [&colour_wgsl(), include_str!("deferred.wgsl")].concat()
 }
 
 /// The shader that makes the picture.
@@ -128,7 +133,7 @@ impl ShadePass {
         Self {
             layouts: Layouts::new(gpu),
             choose: module("choose", choose_wgsl()),
-            colour: module("colour", colour_wgsl()),
+            colour: module("colour", deferred_wgsl()),
             forget: pipeline(
                 gpu,
                 PipelineKind { label: "forget", layout: None, buffers: &[], module: &forget },

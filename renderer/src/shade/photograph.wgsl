@@ -85,14 +85,24 @@ fn vs(
     return vec4(ndc.x, -ndc.y, 0.0, 1.0);
 }
 
+// place: relative to the eye, world axes.
 fn projected(place: vec3<f32>) -> Projected {
-    let from_centre = place - photograph.centre;
-    var found: Projected;
-    found.position = vec3(
-        dot(photograph.right, from_centre),
-        dot(photograph.down, from_centre),
-        dot(photograph.forward, from_centre),
+    return seen_at(turned(place - photograph.centre));
+}
+
+// A direction of the world in the photograph's frame.
+fn turned(direction: vec3<f32>) -> vec3<f32> {
+    return vec3(
+        dot(photograph.right, direction),
+        dot(photograph.down, direction),
+        dot(photograph.forward, direction),
     );
+}
+
+// position: of the photograph's frame.
+fn seen_at(position: vec3<f32>) -> Projected {
+    var found: Projected;
+    found.position = position;
     found.normalised = found.position.xy / found.position.z;
     var lens = photograph.lens;
     lens.model = LENS_MODEL;

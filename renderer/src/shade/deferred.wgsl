@@ -1,0 +1,12 @@
+// What one photograph says about the pixels where it is the best of its rig, by projecting what
+// they show. Needs colour.wgsl.
+
+@group(0) @binding(2) var orientations: texture_2d<u32>;
+
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    let cell = vec2<i32>(at.xy);
+    let orientation = textureLoad(orientations, cell, 0).xy;
+    let place = unpacked(textureLoad(positions, cell, 0), orientation);
+    return weighted_colour(place, projected(place.position), dot(frame.forward, place.position));
+}
