@@ -1,11 +1,13 @@
 //! `flaneur render`, `info` and `serve` as a person runs them.
 
+mod command;
 mod street;
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Stdio};
 
+use command::{fail, flaneur, json, run, succeed, text};
 use image::RgbImage;
 use serde_json::Value;
 use street::SampleStreet;
@@ -41,42 +43,8 @@ impl Drop for Server {
     }
 }
 
-fn flaneur() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_flaneur"))
-}
-
-fn run(arguments: &[&str]) -> Output {
-    flaneur().args(arguments).output().expect("the binary")
-}
-
-fn succeed(arguments: &[&str]) -> String {
-    let output = run(arguments);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {stderr}");
-    String::from_utf8(output.stdout).expect("text")
-}
-
-/// The line on which a command gives up, after checking its exit code.
-fn fail(code: i32, arguments: &[&str]) -> String {
-    let output = run(arguments);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
-    let mut lines = stderr.lines().filter_map(|line| line.strip_prefix("flaneur: "));
-    let line = lines.next().unwrap_or_else(|| panic!("no message in {stderr:?}")).to_owned();
-    assert_eq!(lines.next(), None, "one line: {stderr}");
-    line
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("text")
-}
-
 fn picture(path: &Path) -> RgbImage {
     image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).into_rgb8()
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_slice(&std::fs::read(path).expect("written")).expect("JSON")
 }
 
 /// The scene, and where pictures go. Making a scene takes longer than looking at it, so one
@@ -260,6 +228,9 @@ fn info_tells_what_there_is(place: &Place) {
     assert_eq!(info["name"], "sample");
     assert_eq!(info["crs"], "EPSG:2154");
     assert!(info["points"].as_u64() > Some(10_000) && info["images"].as_u64() > Some(10));
+    let ids: Vec<&str> =
+        info["image_ids"].as_array().expect("a list").iter().filter_map(Value::as_str).collect();
+    assert!(ids.contains(&"101/602") && ids.is_sorted(), "{ids:?}");
     assert!(info["first_time"].as_str() < info["last_time"].as_str());
     let text = succeed(&["info", text(&source)]);
     assert!(text.starts_with("sample\n") && text.contains("EPSG:2154"), "{text}");

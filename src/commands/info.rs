@@ -1,7 +1,9 @@
 //! `flaneur info`: what a scene holds.
 
+use std::collections::BTreeSet;
+
 use clap::Args;
-use flaneur_scene::{Bounds3, PointSource, Region, SceneInfo};
+use flaneur_scene::{Bounds3, ImageId, PointSource, Region, SceneInfo};
 use flaneur_streamer::Client;
 use futures::TryStreamExt;
 use serde::Serialize;
@@ -25,7 +27,8 @@ pub(crate) struct InfoArguments {
     /// without /scene at its end
     #[arg(value_name = "SOURCE")]
     source: String,
-    /// Print one JSON document: an object for one scene, an array for several
+    /// Print one JSON document: an object for one scene, an array for several; it also lists the
+    /// photographs' ids, in image_ids
     #[arg(long)]
     json: bool,
 }
@@ -42,8 +45,8 @@ async fn print(arguments: &InfoArguments) -> Result<(), Exit> {
     let source = Source::open(&arguments.source).await?;
     let mut reports = Vec::new();
     for scene in source.scenes().await? {
-        let times = times(&source.client_of(&scene.name)).await?;
-        reports.push(Report::new(scene, times));
+        let photographs = photographs(&source.client_of(&scene.name)).await?;
+        reports.push(Report::new(scene, photographs));
     }
     match (&reports[..], arguments.json) {
         ([one], true) => output::print_json(one),
@@ -55,21 +58,31 @@ async fn print(arguments: &InfoArguments) -> Result<(), Exit> {
     }
 }
 
-/// The first and the last exposure, where any has a time. RFC 3339 in one zone sorts as text.
-async fn times(client: &Client) -> Result<Option<[String; 2]>, Exit> {
-    let mut range: Option<[String; 2]> = None;
+/// What there is to say of a scene's photographs.
+#[derive(Default)]
+struct Photographs {
+    /// Their names, in order.
+    ids: BTreeSet<ImageId>,
+    /// The first and the last exposure, where any has a time.
+    times: Option<[String; 2]>,
+}
+
+/// Asks for all of them. RFC 3339 in one zone sorts as text.
+async fn photographs(client: &Client) -> Result<Photographs, Exit> {
+    let mut found = Photographs::default();
     let panoramas = client.panoramas(Region::All).await.map_err(stream_exit)?;
     let mut panoramas = std::pin::pin!(panoramas);
     while let Some(panorama) = panoramas.try_next().await.map_err(stream_exit)? {
+        found.ids.extend(panorama.photographs()?.into_iter().map(|(id, _)| id));
         let Some(time) = panorama.time else { continue };
-        match &mut range {
-            None => range = Some([time.clone(), time]),
+        match &mut found.times {
+            None => found.times = Some([time.clone(), time]),
             Some([first, _]) if time < *first => *first = time,
             Some([_, last]) if time > *last => *last = time,
             Some(_) => {}
         }
     }
-    Ok(range)
+    Ok(found)
 }
 
 /// What is said of a scene.
@@ -90,6 +103,8 @@ struct Report {
     last_time: Option<String>,
     points: u64,
     point_sources: Vec<PointReport>,
+    /// The photographs by the names that other commands take, faces of spheres each for itself.
+    image_ids: BTreeSet<ImageId>,
 }
 
 #[derive(Serialize)]
@@ -110,8 +125,8 @@ struct Box3 {
 }
 
 impl Report {
-    fn new(scene: SceneInfo, times: Option<[String; 2]>) -> Self {
-        let (first_time, last_time) = times.map(|[first, last]| (first, last)).unzip();
+    fn new(scene: SceneInfo, photographs: Photographs) -> Self {
+        let (first_time, last_time) = photographs.times.map(|[first, last]| (first, last)).unzip();
         Self {
             name: scene.name,
             crs: scene.crs,
@@ -126,6 +141,7 @@ impl Report {
             last_time,
             points: scene.point_sources.iter().map(|source| source.point_count).sum(),
             point_sources: scene.point_sources.into_iter().map(PointReport::from).collect(),
+            image_ids: photographs.ids,
         }
     }
 
@@ -141,6 +157,9 @@ impl Report {
             format!("  ground      {}", if self.has_ground { "yes" } else { "none" }),
             format!("  panoramas   {} ({} images)", self.panoramas, self.images),
         ];
+        if let (Some(first), Some(last)) = (self.image_ids.first(), self.image_ids.last()) {
+            lines.push(format!("  image ids   {first} to {last} (--json lists them all)"));
+        }
         if let (Some(first), Some(last)) = (&self.first_time, &self.last_time) {
             lines.push(format!("  taken       {first} to {last}"));
         }

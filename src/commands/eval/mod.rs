@@ -33,7 +33,9 @@ Examples:
   flaneur eval scenes/street --truth street/truth --methods nearest,hybrid --report truth.json
 
 Names are ids, panoramas, files of photographs, or globs over them; `flaneur info SOURCE --json`
-lists the ids. Each face of a sphere is a photograph, and held out with its sphere.
+lists the ids. Each face of a sphere is a photograph; every:N keeps a sphere, like any rig, or holds
+it out as a whole. Every method that renders holds the scene for itself: name fewer --methods where
+memory is short.
 
 Definitions: sRGB in [0, 1], the whole frame, a figure a view, then the mean over the views. SSIM in
 windows of 7x7 pixels of equal weight with sample covariance (scikit-image's default). Coverage is the

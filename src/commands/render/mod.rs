@@ -51,8 +51,8 @@ pub(crate) struct RenderArguments {
     /// up
     #[arg(long, value_name = "X,Y,Z,HEADING,PITCH", allow_hyphen_values = true)]
     view: Option<Viewpoint>,
-    /// Render what the camera of this photograph sees: PANORAMA/CAMERA, or the panorama alone
-    /// if it has one camera
+    /// Render what the camera of this photograph sees: PANORAMA/CAMERA, or the panorama alone or
+    /// its file's name if it has one camera (`flaneur info SOURCE --json` lists the ids)
     #[arg(long, value_name = "IMAGE_ID")]
     like: Option<String>,
     /// Render every view of a JSON file, into numbered files

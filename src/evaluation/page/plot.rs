@@ -7,7 +7,7 @@ use crate::evaluation::{Bin, Report, Row};
 
 /// Size of a plot, and of the area inside its axes; units that become pixels on a narrow screen.
 const SIZE: [f64; 2] = [420.0, 300.0];
-const LEFT: f64 = 52.0;
+const LEFT: f64 = 58.0;
 const RIGHT: f64 = 410.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 252.0;
