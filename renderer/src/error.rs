@@ -68,14 +68,16 @@ pub enum RenderError {
         limit: u64,
     },
     /// The columns of a point chunk differ in length.
-    #[error("points {id:?}: {colours} colours for {positions} positions")]
+    #[error("points {id:?}: {length} {column} for {positions} positions")]
     PointColumns {
         /// The chunk.
         id: PointNodeId,
         /// Positions in it.
         positions: usize,
-        /// Colours in it.
-        colours: usize,
+        /// The column that differs.
+        column: &'static str,
+        /// Its length.
+        length: usize,
     },
     /// The distance between a chunk's points, or its origin, is no number.
     #[error(

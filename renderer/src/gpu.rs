@@ -3,7 +3,10 @@
 use crate::RenderError;
 
 /// What is used where a device has it.
-const WELCOME: wgpu::Features = wgpu::Features::FLOAT32_BLENDABLE;
+const WELCOME: wgpu::Features = wgpu::Features::FLOAT32_BLENDABLE.union(ATOMIC_64);
+/// What atomics of 64 bits need.
+const ATOMIC_64: wgpu::Features =
+    wgpu::Features::SHADER_INT64.union(wgpu::Features::SHADER_INT64_ATOMIC_MIN_MAX);
 
 /// A graphics device without a window. Clones share the device.
 #[derive(Clone, Debug)]
@@ -31,6 +34,12 @@ impl Gpu {
     /// Whether the adapter is a program on the processor.
     pub fn is_software(&self) -> bool {
         self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Whether shaders may take the least of words of 64 bits, see
+    /// [`SplatRoute`](crate::SplatRoute).
+    pub fn has_64_bit_atomics(&self) -> bool {
+        self.device.features().contains(ATOMIC_64)
     }
 
     async fn open() -> Result<Self, RenderError> {

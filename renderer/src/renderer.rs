@@ -54,11 +54,11 @@ impl Renderer {
             gpu: gpu.clone(),
             settings,
             mesh_pass: MeshPass::new(gpu),
-            splat_pass: SplatPass::new(gpu),
+            splat_pass: SplatPass::new(gpu, &settings),
             surface_pass: SurfacePass::new(gpu),
             shade_pass: ShadePass::new(gpu),
             mesh: MeshStore::default(),
-            points: PointStore::default(),
+            points: PointStore::new(settings.splat_normals),
             photographs: PhotographStore::new(gpu),
             maps: DepthMaps::new(gpu, depth_map_side, settings.refine_by_points),
             targets: None,
@@ -156,7 +156,9 @@ impl Renderer {
         }) {
             self.targets = None;
         }
-        let targets = self.targets.get_or_insert_with(|| Targets::new(gpu, pinhole.size, size));
+        let route = self.splat_pass.route(gpu, pixels(pinhole.size));
+        let targets =
+            self.targets.get_or_insert_with(|| Targets::new(gpu, pinhole.size, size, route));
         stages.ended("upload")?;
 
         let selected = self.photographs.select(&frustum, eye, settings.rigs, self.maps.max_maps());
@@ -189,9 +191,9 @@ impl Renderer {
             points = DrawList::default();
         }
         let target = ViewTarget {
-            depths: &targets.point_depths,
-            indices: &targets.point_indices,
+            nearest: &targets.nearest_points,
             winners: &targets.winners,
+            winning_normals: &targets.winning_normals,
         };
         let store = &self.points;
         self.splat_pass.draw_view(gpu, stages.encoder(), store, &points, &camera, target);
@@ -267,7 +269,7 @@ impl Renderer {
     fn check(&self, view: &View) -> Result<Pinhole, RenderError> {
         let size: UVec2 = view.size();
         let max_side = self.gpu.device.limits().max_texture_dimension_2d;
-        let pixels = u64::from(size.x) * u64::from(size.y);
+        let pixels = pixels(size);
         if pixels == 0 || pixels > MAX_PIXELS || size.max_element() > max_side {
             return Err(RenderError::ViewSize { size, max_side, max_pixels: MAX_PIXELS });
         }
@@ -277,4 +279,8 @@ impl Renderer {
         Pinhole::for_view(&view.camera.lens, max_side, MAX_PIXELS)
             .ok_or(RenderError::ViewCamera { what: "its lens sees nothing" })
     }
+}
+
+fn pixels(size: UVec2) -> u64 {
+    u64::from(size.x) * u64::from(size.y)
 }

@@ -17,12 +17,40 @@ pub struct Settings {
     pub splat_scale: f32,
     /// Largest radius of a splat, metres: coarse levels stay points rather than become walls.
     pub max_splat_radius_m: f32,
+    /// Which way splats face.
+    pub splat_normals: SplatNormals,
+    /// How the nearest splat of a pixel is found; the picture is the same.
+    pub splat_route: SplatRoute,
     /// Bytes of texture for photographs.
     pub image_memory_bytes: u64,
     /// Bytes of buffers for points.
     pub point_memory_bytes: u64,
     /// Colour where there is no geometry, sRGB.
     pub background: [u8; 3],
+}
+
+/// Which way splats face.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum SplatNormals {
+    /// The eye.
+    #[default]
+    Eye,
+    /// Along the normals that points come with; the eye where they have none. Takes four bytes
+    /// more a point.
+    Estimated,
+}
+
+/// How the nearest splat of a pixel is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum SplatRoute {
+    /// The faster of those that the device has.
+    #[default]
+    Auto,
+    /// By atomics of 64 bits, in one phase. As [`SplatRoute::Atomic32`] where the device has
+    /// none, or the picture exceeds what it can bind.
+    Atomic64,
+    /// By atomics of 32 bits, in two phases.
+    Atomic32,
 }
 
 /// What of a scene a picture shows, and how.
@@ -60,6 +88,8 @@ impl Default for Settings {
             refine_by_points: true,
             splat_scale: 0.75,
             max_splat_radius_m: 0.25,
+            splat_normals: SplatNormals::Eye,
+            splat_route: SplatRoute::Auto,
             image_memory_bytes: 3 << 30,
             point_memory_bytes: 1 << 30,
             background: [178, 190, 202],

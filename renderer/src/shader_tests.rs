@@ -3,13 +3,17 @@
 
 use std::mem::offset_of;
 
+use crate::settings::SplatNormals;
+use crate::splat::Route;
 use crate::{camera, depth_map, lens, mesh, photographs, shade, splat, surface};
 
 fn sources() -> Vec<(&'static str, String)> {
     vec![
         ("mesh", mesh::wgsl()),
-        ("splat", splat::wgsl()),
-        ("resolve", splat::RESOLVE_WGSL.to_owned()),
+        ("splat", splat::wgsl(Route::Atomic32, SplatNormals::Eye)),
+        ("splat with normals", splat::wgsl(Route::Atomic32, SplatNormals::Estimated)),
+        ("resolve", splat::resolve_wgsl(SplatNormals::Eye)),
+        ("resolve with normals", splat::resolve_wgsl(SplatNormals::Estimated)),
         ("fill", splat::FILL_WGSL.to_owned()),
         ("halve", photographs::atlas::HALVE_WGSL.to_owned()),
         ("surface", surface::wgsl()),
@@ -25,18 +29,25 @@ fn sources() -> Vec<(&'static str, String)> {
 
 #[test]
 fn every_shader_is_valid() {
+    use naga::valid::Capabilities;
+    // No capability beyond WebGPU's own, which has pack2x16float: the shaders are to run on
+    // lavapipe and in browsers.
+    let webgpu = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
     for (name, source) in sources() {
-        let module = naga::front::wgsl::parse_str(&source)
-            .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
-        // No capability beyond WebGPU's own, which has pack2x16float: the shaders are to run
-        // on lavapipe and in browsers.
-        naga::valid::Validator::new(
-            naga::valid::ValidationFlags::all(),
-            naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32,
-        )
-        .validate(&module)
-        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
+        validate(name, &source, webgpu);
     }
+    for normals in [SplatNormals::Eye, SplatNormals::Estimated] {
+        let atomics = Capabilities::SHADER_INT64 | Capabilities::SHADER_INT64_ATOMIC_MIN_MAX;
+        validate("splat by 64 bits", &splat::wgsl(Route::Atomic64, normals), webgpu | atomics);
+    }
+}
+
+fn validate(name: &str, source: &str, capabilities: naga::valid::Capabilities) {
+    let module = naga::front::wgsl::parse_str(source)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
+    naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
 }
 
 /// Asserts that the members of a WGSL struct lie where those of its Rust mirror do.
@@ -62,16 +73,26 @@ fn mirrors_have_the_layout_of_their_shaders() {
         [focal, centre, distortion_centre, limit, model, k, tangential, size]
     );
     assert_mirrors!(
-        splat::wgsl(),
+        splat::wgsl(Route::Atomic32, SplatNormals::Eye),
         "Job",
         splat::gpu_data::Job,
-        [camera, phase, first_block, stride, min_radius_px, max_radius_px, push, padding]
+        [
+            camera,
+            phase,
+            first_block,
+            stride,
+            min_radius_px,
+            max_radius_px,
+            push,
+            push_on_plane,
+            padding,
+        ]
     );
     assert_mirrors!(
-        splat::RESOLVE_WGSL,
-        "Resolve",
-        splat::gpu_data::Resolve,
-        [size, first_block, end_block]
+        splat::resolve_wgsl(SplatNormals::Eye),
+        "Page",
+        splat::resolve_data::Page,
+        [width, stride, first_block, end_block]
     );
     assert_mirrors!(
         photographs::atlas::HALVE_WGSL,

@@ -2,7 +2,8 @@
 
 use glam::UVec2;
 
-use crate::{Gpu, RenderError, mesh, shade, splat, surface};
+use crate::splat::{self, Nearest, Route};
+use crate::{Gpu, RenderError, mesh, shade, surface};
 
 /// Everything that a view writes to, kept between frames of the same size. The first are of
 /// the G-buffer's size, those from `positions` on of the picture's.
@@ -14,8 +15,8 @@ pub(crate) struct Targets {
     pub(crate) surfaces: wgpu::TextureView,
     pub(crate) depth: wgpu::TextureView,
     pub(crate) winners: wgpu::TextureView,
-    pub(crate) point_depths: wgpu::Buffer,
-    pub(crate) point_indices: wgpu::Buffer,
+    pub(crate) winning_normals: wgpu::TextureView,
+    pub(crate) nearest_points: Nearest,
     pub(crate) positions: wgpu::TextureView,
     pub(crate) orientations: wgpu::TextureView,
     pub(crate) choice: wgpu::TextureView,
@@ -25,7 +26,7 @@ pub(crate) struct Targets {
 }
 
 impl Targets {
-    pub(crate) fn new(gpu: &Gpu, gbuffer_size: UVec2, picture_size: UVec2) -> Self {
+    pub(crate) fn new(gpu: &Gpu, gbuffer_size: UVec2, picture_size: UVec2, route: Route) -> Self {
         use wgpu::{BufferUsages, TextureUsages};
         let texture = |format, size: UVec2, usage| {
             gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -41,16 +42,7 @@ impl Targets {
         };
         let view =
             |format, size, usage| texture(format, size, usage).create_view(&Default::default());
-        let words = || {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("view"),
-                size: u64::from(gbuffer_size.x) * u64::from(gbuffer_size.y) * 4,
-                usage: BufferUsages::STORAGE,
-                mapped_at_creation: false,
-            })
-        };
         let drawn = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-        let stored = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING;
         let target = TextureUsages::RENDER_ATTACHMENT;
         Self {
             gbuffer_size,
@@ -58,9 +50,9 @@ impl Targets {
             planes: view(mesh::PLANE_FORMAT, gbuffer_size, drawn),
             surfaces: view(mesh::SURFACE_FORMAT, gbuffer_size, drawn),
             depth: view(mesh::DEPTH_FORMAT, gbuffer_size, target),
-            winners: view(splat::TARGET_FORMAT, gbuffer_size, stored),
-            point_depths: words(),
-            point_indices: words(),
+            winners: view(splat::WINNERS_FORMAT, gbuffer_size, drawn),
+            winning_normals: view(splat::WINNING_NORMALS_FORMAT, gbuffer_size, drawn),
+            nearest_points: Nearest::new(gpu, gbuffer_size, route),
             positions: view(surface::POSITION_FORMAT, picture_size, drawn),
             orientations: view(surface::ORIENTATION_FORMAT, picture_size, drawn),
             choice: view(shade::CHOICE_FORMAT, picture_size, target),

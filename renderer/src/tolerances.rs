@@ -20,6 +20,10 @@ pub const DEPTH_M: f64 = 1e-3;
 /// and what is left is rounding of positions.
 pub const DISC_BORDER: f64 = 1e-3;
 
+/// Angle between a unit vector and the one its code gives, radians: half a step of 1/32767 in
+/// two coordinates, which the projection from octahedron to sphere stretches by up to 1.7 each.
+pub const UNIT_VECTOR_RAD: f64 = 8e-5;
+
 /// Weights, relative: powers and square roots of f32, which WGSL lets drift by some ulp.
 pub const WEIGHT_RELATIVE: f64 = 1e-5;
 

@@ -67,10 +67,18 @@ impl Bounds3 {
     /// The empty box, neutral for [`Bounds3::include`] and [`Bounds3::union`].
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
+    /// The box that contains every point.
+    pub const EVERYWHERE: Self = Self { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
+
     /// Grows to hold `p`.
     pub fn include(&mut self, p: DVec3) {
         self.min = self.min.min(p);
         self.max = self.max.max(p);
+    }
+
+    /// Whether the two boxes share a point, borders included.
+    pub fn intersects(&self, other: &Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
     /// The smallest box that holds both.

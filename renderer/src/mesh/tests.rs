@@ -42,7 +42,7 @@ fn planes(tile: &MeshTile, camera: &PosedCamera) -> Vec<[f32; 4]> {
     let mut store = MeshStore::default();
     store.insert(gpu, tile).expect("a good tile");
     let list = store.draw_list(gpu, &Frustum::new(camera, &pinhole), camera.centre);
-    let targets = Targets::new(gpu, SIZE, SIZE);
+    let targets = Targets::new(gpu, SIZE, SIZE, crate::splat::Route::Atomic32);
     let extent = wgpu::Extent3d { width: SIZE.x, height: SIZE.y, depth_or_array_layers: 1 };
     let planes = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: None,

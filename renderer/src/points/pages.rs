@@ -8,7 +8,7 @@ use crate::Gpu;
 
 /// Blocks of a page: 32 MiB.
 const PAGE_BLOCKS: u32 = 8192;
-/// Bytes of a block.
+/// Bytes of a block's records.
 pub(crate) const BLOCK_BYTES: u64 = (BLOCK_POINTS * size_of::<Record>()) as u64;
 
 /// A run of blocks in one page.
@@ -19,25 +19,38 @@ pub(crate) struct Part {
 }
 
 /// Pages that fit the device's storage bindings.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Pages {
     pages: Vec<Page>,
+    with_normals: bool,
 }
 
 #[derive(Debug)]
 struct Page {
-    buffer: wgpu::Buffer,
+    records: wgpu::Buffer,
+    /// A word a point.
+    normals: Option<wgpu::Buffer>,
     /// Ascending, disjoint, not touching.
     free: Vec<Range<u32>>,
 }
 
 impl Pages {
+    pub(crate) fn new(with_normals: bool) -> Self {
+        Self { pages: Vec::new(), with_normals }
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.pages.len()
     }
 
-    pub(crate) fn buffer(&self, page: usize) -> &wgpu::Buffer {
-        &self.pages[page].buffer
+    pub(crate) fn with_normals(&self) -> bool {
+        self.with_normals
+    }
+
+    /// Records, and codes of normals where pages have them.
+    pub(crate) fn buffers(&self, page: usize) -> (&wgpu::Buffer, Option<&wgpu::Buffer>) {
+        let Page { records, normals, .. } = &self.pages[page];
+        (records, normals.as_ref())
     }
 
     /// Takes blocks from the pages' free ranges, lowest first, and adds pages as needed.
@@ -46,7 +59,7 @@ impl Pages {
         let mut page = 0;
         while blocks > 0 {
             if page == self.pages.len() {
-                self.pages.push(Page::new(gpu));
+                self.pages.push(Page::new(gpu, self.with_normals));
             }
             let free = &mut self.pages[page].free;
             while blocks > 0
@@ -70,33 +83,53 @@ impl Pages {
     }
 
     /// Writes `records` to the blocks of `parts`; what is left of the last block is emptied.
-    pub(crate) fn write(&self, gpu: &Gpu, parts: &[Part], records: &[Record]) {
-        let mut rest = records;
-        for Part { page, blocks } in parts {
-            let (part, after) = rest.split_at(rest.len().min(blocks.len() * BLOCK_POINTS));
-            let offset = u64::from(blocks.start) * BLOCK_BYTES;
-            let buffer = &self.pages[*page].buffer;
-            gpu.queue.write_buffer(buffer, offset, bytemuck::cast_slice(part));
-            let missing = blocks.len() * BLOCK_POINTS - part.len();
-            if missing > 0 {
-                let offset = offset + size_of_val(part) as u64;
-                let nothing = vec![NO_POINT; missing];
-                gpu.queue.write_buffer(buffer, offset, bytemuck::cast_slice(&nothing));
-            }
-            rest = after;
+    pub(crate) fn write_records(&self, gpu: &Gpu, parts: &[Part], records: &[Record]) {
+        write(gpu, parts, records, NO_POINT, |page| Some(&self.pages[page].records));
+    }
+
+    /// Writes codes of normals beside the records, where pages have them.
+    pub(crate) fn write_normals(&self, gpu: &Gpu, parts: &[Part], normals: &[u32]) {
+        write(gpu, parts, normals, 0, |page| self.pages[page].normals.as_ref());
+    }
+}
+
+fn write<'a, T: bytemuck::Pod>(
+    gpu: &Gpu,
+    parts: &[Part],
+    mut rest: &[T],
+    nothing: T,
+    buffer: impl Fn(usize) -> Option<&'a wgpu::Buffer>,
+) {
+    for Part { page, blocks } in parts {
+        let points = blocks.len() * BLOCK_POINTS;
+        let (part, after) = rest.split_at(rest.len().min(points));
+        rest = after;
+        let Some(buffer) = buffer(*page) else { continue };
+        let offset = u64::from(blocks.start) * (BLOCK_POINTS * size_of::<T>()) as u64;
+        gpu.queue.write_buffer(buffer, offset, bytemuck::cast_slice(part));
+        if part.len() < points {
+            let offset = offset + size_of_val(part) as u64;
+            let empty = vec![nothing; points - part.len()];
+            gpu.queue.write_buffer(buffer, offset, bytemuck::cast_slice(&empty));
         }
     }
 }
 
 impl Page {
-    fn new(gpu: &Gpu) -> Self {
-        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("points"),
-            size: u64::from(PAGE_BLOCKS) * BLOCK_BYTES,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        Self { buffer, free: std::iter::once(0..PAGE_BLOCKS).collect() }
+    fn new(gpu: &Gpu, with_normals: bool) -> Self {
+        let buffer = |label, bytes_a_point: u64| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: u64::from(PAGE_BLOCKS) * BLOCK_POINTS as u64 * bytes_a_point,
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        Self {
+            records: buffer("points", size_of::<Record>() as u64),
+            normals: with_normals.then(|| buffer("normals of points", 4)),
+            free: std::iter::once(0..PAGE_BLOCKS).collect(),
+        }
     }
 }
 

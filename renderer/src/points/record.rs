@@ -3,6 +3,9 @@
 use flaneur_scene::{Bounds3, PointChunk};
 use glam::{DVec3, Vec3};
 
+use super::BLOCK_POINTS;
+use crate::octahedral::plane_code;
+
 /// Position relative to the chunk's origin as three `f32`, and a code: colour in the low 24
 /// bits, radius in bits 24 to 30, bit 31 set where there is a colour. Read by splat.wgsl.
 pub(crate) type Record = [u32; 4];
@@ -21,16 +24,32 @@ pub(crate) fn radius_code(radius_m: f32) -> u32 {
     (8.0 * (radius_m / 0.001).log2()).round().clamp(1.0, 127.0) as u32
 }
 
-/// The records of the points that can be drawn, and their box in the world.
-pub(crate) fn records(chunk: &PointChunk, radius_code: u32) -> (Vec<Record>, Bounds3) {
-    let mut bounds = Bounds3::EMPTY;
-    let mut records = Vec::with_capacity(chunk.positions.len());
+/// The points of a chunk that can be drawn, column by column.
+pub(crate) struct Drawable {
+    pub(crate) records: Vec<Record>,
+    /// A code a point, as of [`plane_code`]; empty where none were wanted.
+    pub(crate) normals: Vec<u32>,
+    /// The box of each block of points, in the world.
+    pub(crate) boxes: Vec<Bounds3>,
+}
+
+/// What can be drawn of a chunk, with the radius of `radius_code`.
+pub(crate) fn drawable(chunk: &PointChunk, radius_code: u32, with_normals: bool) -> Drawable {
+    let count = chunk.positions.len();
+    let mut records = Vec::with_capacity(count);
+    let mut normals = Vec::with_capacity(if with_normals { count } else { 0 });
+    let mut boxes = Vec::with_capacity(count.div_ceil(BLOCK_POINTS));
     for (i, &position) in chunk.positions.iter().enumerate() {
         // Written so that NaN is refused.
         if !position.iter().all(|x| x.abs() <= MAX_OFFSET_M) {
             continue;
         }
-        bounds.include(chunk.origin + Vec3::from_array(position).as_dvec3());
+        if records.len() % BLOCK_POINTS == 0 {
+            boxes.push(Bounds3::EMPTY);
+        }
+        if let Some(block) = boxes.last_mut() {
+            block.include(chunk.origin + Vec3::from_array(position).as_dvec3());
+        }
         // Surveys give black to points that their cameras did not see.
         let colour = chunk
             .colours
@@ -39,39 +58,55 @@ pub(crate) fn records(chunk: &PointChunk, radius_code: u32) -> (Vec<Record>, Bou
             .map_or(0, |&[r, g, b]| HAS_COLOUR | u32::from_le_bytes([r, g, b, 0]));
         let [x, y, z] = position.map(f32::to_bits);
         records.push([x, y, z, colour | radius_code << 24]);
+        if with_normals {
+            let normal = chunk.normals.get(i).copied().unwrap_or_default();
+            normals.push(plane_code(Vec3::from_array(normal)));
+        }
     }
-    (records, bounds)
+    Drawable { records, normals, boxes }
 }
 
-/// Gives every point within `bounds` (world) at most the radius of `code`; whether any
-/// changed.
-pub(crate) fn shrink_within(
+/// Gives every point within the box `within` the radius of `own`, or of the smallest of
+/// `smaller` (boxes in the world, and codes) that it lies in. Whether any changed.
+pub(crate) fn set_radii(
     records: &mut [Record],
     origin: DVec3,
-    bounds: &Bounds3,
-    code: u32,
+    within: &Bounds3,
+    own: u32,
+    smaller: &[(Bounds3, u32)],
 ) -> bool {
-    let (min, max) = ((bounds.min - origin).as_vec3(), (bounds.max - origin).as_vec3());
+    let local = |bounds: &Bounds3| Local {
+        min: (bounds.min - origin).as_vec3(),
+        max: (bounds.max - origin).as_vec3(),
+    };
+    let within = local(within);
+    let smaller: Vec<(Local, u32)> =
+        smaller.iter().map(|(bounds, code)| (local(bounds), *code)).collect();
     let mut changed = false;
     for record in records {
         let p = Vec3::from_array([record[0], record[1], record[2]].map(f32::from_bits));
-        if record[3] & RADIUS_BITS > code << 24 && p.cmpge(min).all() && p.cmple(max).all() {
-            set_radius(record, code);
-            changed = true;
+        if !within.holds(p) {
+            continue;
         }
+        let holding = smaller.iter().filter(|(bounds, code)| *code < own && bounds.holds(p));
+        let code = holding.map(|(_, code)| *code).min().unwrap_or(own);
+        let updated = record[3] & !RADIUS_BITS | code << 24;
+        changed |= updated != record[3];
+        record[3] = updated;
     }
     changed
 }
 
-/// Gives every point the radius of `code`.
-pub(crate) fn reset(records: &mut [Record], code: u32) {
-    for record in records {
-        set_radius(record, code);
-    }
+/// A box relative to a chunk's origin.
+struct Local {
+    min: Vec3,
+    max: Vec3,
 }
 
-fn set_radius(record: &mut Record, code: u32) {
-    record[3] = record[3] & !RADIUS_BITS | code << 24;
+impl Local {
+    fn holds(&self, p: Vec3) -> bool {
+        p.cmpge(self.min).all() && p.cmple(self.max).all()
+    }
 }
 
 #[cfg(test)]
@@ -100,19 +135,22 @@ mod tests {
             normals: Vec::new(),
             spacing_m: 0.1,
         };
-        let (records, _) = records(&chunk, 40);
+        let records = drawable(&chunk, 40, false).records;
         assert_eq!(records[0][3] & HAS_COLOUR, 0);
         assert_eq!(records[1][3] & (HAS_COLOUR | 0xff_ffff), HAS_COLOUR | 1 << 16);
     }
 
     #[test]
-    fn shrinking_spares_what_is_outside_or_smaller() {
+    fn points_take_the_smallest_radius_around_them() {
         let at = |x: f32, code: u32| [x.to_bits(), 0, 0, HAS_COLOUR | code << 24 | 0x123456];
-        let mut records = [at(1.0, 40), at(3.0, 40), at(1.0, 8)];
         let origin = DVec3::new(651_000.0, 6_861_000.0, 40.0);
-        let bounds = Bounds3 { min: origin, max: origin + DVec3::new(2.0, 0.0, 0.0) };
-        assert!(shrink_within(&mut records, origin, &bounds, 16));
-        assert_eq!(records, [at(1.0, 16), at(3.0, 40), at(1.0, 8)]);
-        assert!(!shrink_within(&mut records, origin, &bounds, 16));
+        let span = |x: f64| Bounds3 { min: origin, max: origin + DVec3::new(x, 0.0, 0.0) };
+        let mut records = [at(1.0, 40), at(3.0, 40), at(5.0, 8)];
+        let smaller = [(span(2.0), 16), (span(3.5), 30), (span(9.0), 50)];
+        assert!(set_radii(&mut records, origin, &span(4.0), 40, &smaller));
+        assert_eq!(records, [at(1.0, 16), at(3.0, 30), at(5.0, 8)], "what is outside stays");
+        assert!(!set_radii(&mut records, origin, &span(4.0), 40, &smaller));
+        assert!(set_radii(&mut records, origin, &span(9.0), 40, &[]));
+        assert_eq!(records, [at(1.0, 40), at(3.0, 40), at(5.0, 40)], "nothing smaller is left");
     }
 }

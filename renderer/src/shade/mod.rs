@@ -18,7 +18,7 @@ use crate::photographs::atlas::Atlas;
 use crate::screen::{ScreenPass, screen_pass};
 use crate::surface::PLACE_WGSL;
 use crate::targets::Targets;
-use crate::{Gpu, depth_map, lens};
+use crate::{Gpu, depth_map, lens, octahedral};
 
 pub(crate) mod photograph;
 #[cfg(test)]
@@ -49,7 +49,8 @@ pub(crate) fn choose_wgsl() -> String {
 
 /// What a photograph says about a place, to be put before the shaders that ask it.
 pub(crate) fn colour_wgsl() -> String {
-    let parts = [lens::WGSL, PHOTOGRAPH_WGSL, PLACE_WGSL, depth_map::WGSL, BLEND_WGSL];
+    let parts =
+        [lens::WGSL, PHOTOGRAPH_WGSL, octahedral::WGSL, PLACE_WGSL, depth_map::WGSL, BLEND_WGSL];
     [&parts.concat(), include_str!("colour.wgsl")].concat()
 }
 
@@ -60,7 +61,7 @@ pub(crate) fn deferred_wgsl() -> String {
 
 /// The shader that makes the picture.
 pub(crate) fn compose_wgsl() -> String {
-    [PLACE_WGSL, include_str!("compose.wgsl")].concat()
+    [octahedral::WGSL, PLACE_WGSL, include_str!("compose.wgsl")].concat()
 }
 
 /// The shader that forgets a rig's choice.

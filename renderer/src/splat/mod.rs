@@ -1,44 +1,65 @@
 //! Points as perspective-correct discs, by compute.
 //!
-//! Each point stands for a disc on the plane through it that faces the camera; a pixel inside
-//! takes the depth of that plane on its own ray. Two phases of 32-bit atomics decide: the
-//! nearest depth first, then the lowest index at that depth. The same pass fills the view's
-//! buffers and the photographs' depth maps.
+//! Each point stands for a disc on a plane through it, which faces the eye or has the normal of
+//! the point's neighbours; a pixel inside takes the depth of that plane on its own ray. The
+//! nearest disc has the pixel, and among equally near ones that of lowest index, by one atomic
+//! of 64 bits or two phases of 32. The same pass fills the view's buffers and the photographs'
+//! depth maps.
 
 use wgpu::util::DeviceExt as _;
 
 use crate::camera::gpu_data::Camera;
 use crate::points::{DrawList, PointStore};
-use crate::{Gpu, camera};
+use crate::settings::{SplatNormals, SplatRoute};
+use crate::{Gpu, Settings, camera, octahedral};
 
+use resolve::Resolve;
+
+mod nearest;
 #[cfg(test)]
 pub(crate) mod reference;
+mod resolve;
 #[cfg(test)]
 mod tests;
+
+pub(crate) use nearest::{Nearest, Route};
+pub(crate) use resolve::{WINNERS_FORMAT, WINNING_NORMALS_FORMAT};
+#[cfg(test)]
+pub(crate) use resolve::{gpu_data as resolve_data, wgsl as resolve_wgsl};
 
 /// The radius of the circle around a square pixel: smaller discs may miss every centre.
 pub(crate) const MIN_RADIUS_PX: f32 = 0.708;
 /// Largest radius of a disc on a view, pixels.
 pub(crate) const MAX_RADIUS_PX: f32 = 24.0;
 /// Largest radius of a disc on a depth map, texels.
-pub(crate) const MAX_MAP_RADIUS_PX: f32 = 12.0;
+const MAX_MAP_RADIUS_PX: f32 = 12.0;
 /// Largest radius of a disc on a depth map, metres.
 pub(crate) const MAX_MAP_RADIUS_M: f32 = 0.1;
-/// Discs on depth maps lie behind their point by this share of their radius: the surface they
-/// stand for may be inclined by up to atan 2.5 = 68° without hiding itself.
+/// Discs on depth maps that face the photograph lie behind their point by this share of their
+/// radius: the surface they stand for may be inclined by up to atan 2.5 = 68° without hiding
+/// itself.
 pub(crate) const MAP_PUSH: f32 = 2.5;
+/// The same for discs on the plane of their neighbours, which are off by a few degrees.
+pub(crate) const MAP_PUSH_ON_PLANE: f32 = 0.25;
 
-pub(crate) const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
-
-/// The shader that draws discs.
-pub(crate) fn wgsl() -> String {
-    [camera::WGSL, include_str!("splat.wgsl")].concat()
-}
-
-/// The shader that looks up the winners.
-pub(crate) const RESOLVE_WGSL: &str = include_str!("resolve.wgsl");
+/// The plane of a disc, to be put before the shaders that use it.
+pub(crate) const PLANE_WGSL: &str = include_str!("plane.wgsl");
 /// The shader that empties buffers.
 pub(crate) const FILL_WGSL: &str = include_str!("fill.wgsl");
+
+/// The shader that draws discs.
+pub(crate) fn wgsl(route: Route, normals: SplatNormals) -> String {
+    let (octahedral, normals) = match normals {
+        SplatNormals::Eye => ("", include_str!("eye.wgsl")),
+        SplatNormals::Estimated => (octahedral::WGSL, include_str!("estimated.wgsl")),
+    };
+    let nearest = match route {
+        Route::Atomic32 => include_str!("nearest_32.wgsl"),
+        Route::Atomic64 => include_str!("nearest_64.wgsl"),
+    };
+    let (disc, splat) = (include_str!("disc.wgsl"), include_str!("splat.wgsl"));
+    [camera::WGSL, PLANE_WGSL, disc, octahedral, normals, nearest, splat].concat()
+}
 
 pub(crate) mod gpu_data {
     use crate::camera::gpu_data::Camera;
@@ -54,35 +75,30 @@ pub(crate) mod gpu_data {
         pub(crate) min_radius_px: f32,
         pub(crate) max_radius_px: f32,
         pub(crate) push: f32,
-        pub(crate) padding: [u32; 2],
-    }
-
-    /// Mirrors `Resolve` in resolve.wgsl.
-    #[repr(C)]
-    #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-    pub(crate) struct Resolve {
-        pub(crate) size: [u32; 2],
-        pub(crate) first_block: u32,
-        pub(crate) end_block: u32,
+        pub(crate) push_on_plane: f32,
+        pub(crate) padding: u32,
     }
 }
 
 /// The pipelines of this pass.
 #[derive(Debug)]
 pub(crate) struct SplatPass {
-    splat: wgpu::ComputePipeline,
-    resolve: wgpu::ComputePipeline,
+    route: SplatRoute,
+    atomic_32: wgpu::ComputePipeline,
+    /// Where the device has such atomics.
+    atomic_64: Option<wgpu::ComputePipeline>,
+    resolve: Resolve,
     fill: wgpu::ComputePipeline,
     /// Stands in for indices where only depth is wanted.
     no_indices: wgpu::Buffer,
 }
 
-/// The buffers of a view, one word a pixel, and the texture of winning points.
+/// Where a view's points go.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ViewTarget<'a> {
-    pub(crate) depths: &'a wgpu::Buffer,
-    pub(crate) indices: &'a wgpu::Buffer,
+    pub(crate) nearest: &'a Nearest,
     pub(crate) winners: &'a wgpu::TextureView,
+    pub(crate) winning_normals: &'a wgpu::TextureView,
 }
 
 /// A draw list on the device.
@@ -91,8 +107,18 @@ struct Uploaded {
     placements: wgpu::Buffer,
 }
 
+/// One run over the points of a list.
+struct Run<'a> {
+    pipeline: &'a wgpu::ComputePipeline,
+    /// Bound from 4 on.
+    targets: Vec<wgpu::BufferBinding<'a>>,
+    phases: &'static [u32],
+    /// What all jobs share.
+    job: gpu_data::Job,
+}
+
 impl SplatPass {
-    pub(crate) fn new(gpu: &Gpu) -> Self {
+    pub(crate) fn new(gpu: &Gpu, settings: &Settings) -> Self {
         let pipeline = |label, source: String| {
             let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(label),
@@ -107,9 +133,14 @@ impl SplatPass {
                 cache: None,
             })
         };
+        let normals = settings.splat_normals;
         Self {
-            splat: pipeline("splat", wgsl()),
-            resolve: pipeline("resolve", RESOLVE_WGSL.to_owned()),
+            route: settings.splat_route,
+            atomic_32: pipeline("splat", wgsl(Route::Atomic32, normals)),
+            atomic_64: gpu
+                .has_64_bit_atomics()
+                .then(|| pipeline("splat", wgsl(Route::Atomic64, normals))),
+            resolve: Resolve::new(gpu, normals),
             fill: pipeline("fill", FILL_WGSL.to_owned()),
             no_indices: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("no indices"),
@@ -120,8 +151,18 @@ impl SplatPass {
         }
     }
 
-    /// Draws `list` into a view: afterwards `indices` tells where a point is seen, and
-    /// `winners` which.
+    /// How views of so many pixels are drawn.
+    pub(crate) fn route(&self, gpu: &Gpu, pixels: u64) -> Route {
+        let fits = 8 * pixels <= gpu.device.limits().max_storage_buffer_binding_size;
+        match self.route {
+            SplatRoute::Auto | SplatRoute::Atomic64 if fits && self.atomic_64.is_some() => {
+                Route::Atomic64
+            }
+            _ => Route::Atomic32,
+        }
+    }
+
+    /// Draws `list` into a view: afterwards `winners` tells which point is seen where.
     pub(crate) fn draw_view(
         &self,
         gpu: &Gpu,
@@ -131,65 +172,22 @@ impl SplatPass {
         camera: &Camera,
         target: ViewTarget<'_>,
     ) {
-        self.clear(gpu, encoder, target.depths.as_entire_buffer_binding());
-        self.clear(gpu, encoder, target.indices.as_entire_buffer_binding());
-        let Some(uploaded) = Uploaded::new(gpu, list) else { return };
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        for phase in [0, 1] {
-            for (page, blocks) in &list.pages {
-                let job = gpu_data::Job {
-                    camera: *camera,
-                    phase,
-                    first_block: blocks.start,
-                    stride: camera.size[0],
-                    min_radius_px: MIN_RADIUS_PX,
-                    max_radius_px: MAX_RADIUS_PX,
-                    push: 0.0,
-                    padding: [0; 2],
-                };
-                let depths = target.depths.as_entire_buffer_binding();
-                let page = store.page(*page);
-                self.dispatch(
-                    gpu,
-                    &mut pass,
-                    &job,
-                    page,
-                    &uploaded,
-                    depths,
-                    target.indices,
-                    blocks.len(),
-                );
-            }
+        self.clear(gpu, encoder, target.nearest.words());
+        let uploaded = Uploaded::new(gpu, list);
+        if let Some(uploaded) = &uploaded {
+            let (pipeline, phases): (_, &[u32]) = match (target.nearest.route(), &self.atomic_64) {
+                (Route::Atomic64, Some(pipeline)) => (pipeline, &[0]),
+                _ => (&self.atomic_32, &[0, 1]),
+            };
+            let job = job(camera, camera.size[0], MAX_RADIUS_PX, [0.0; 2]);
+            let run = Run { pipeline, targets: target.nearest.bindings(), phases, job };
+            run.encode(gpu, encoder, store, list, uploaded);
         }
-        pass.set_pipeline(&self.resolve);
-        for (page, blocks) in &list.pages {
-            let uniform = uniform(
-                gpu,
-                &gpu_data::Resolve {
-                    size: camera.size,
-                    first_block: blocks.start,
-                    end_block: blocks.end,
-                },
-            );
-            let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("resolve"),
-                layout: &self.resolve.get_bind_group_layout(0),
-                entries: &[
-                    entry(0, uniform.as_entire_binding()),
-                    entry(1, store.page(*page).as_entire_binding()),
-                    entry(2, uploaded.blocks.as_entire_binding()),
-                    entry(3, uploaded.placements.as_entire_binding()),
-                    entry(4, target.indices.as_entire_binding()),
-                    entry(5, wgpu::BindingResource::TextureView(target.winners)),
-                ],
-            });
-            pass.set_bind_group(0, &bind_group, &[]);
-            let [width, height] = camera.size;
-            pass.dispatch_workgroups(width.div_ceil(16), height.div_ceil(16), 1);
-        }
+        let buffers = uploaded.as_ref().map(|uploaded| (&uploaded.blocks, &uploaded.placements));
+        self.resolve.draw(gpu, encoder, store, list, buffers, target);
     }
 
-    /// Adds `list` to a depth map: `depths` is its slot, of rows of `stride` texels.
+    /// Adds `list` to a depth map, of rows of `stride` texels.
     #[expect(clippy::too_many_arguments, reason = "one argument a source and target")]
     pub(crate) fn draw_depth(
         &self,
@@ -202,31 +200,13 @@ impl SplatPass {
         stride: u32,
     ) {
         let Some(uploaded) = Uploaded::new(gpu, list) else { return };
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        for (page, blocks) in &list.pages {
-            let job = gpu_data::Job {
-                camera: *camera,
-                phase: 0,
-                first_block: blocks.start,
-                stride,
-                min_radius_px: MIN_RADIUS_PX,
-                max_radius_px: MAX_MAP_RADIUS_PX,
-                push: MAP_PUSH,
-                padding: [0; 2],
-            };
-            let page = store.page(*page);
-            let depths = depths.clone();
-            self.dispatch(
-                gpu,
-                &mut pass,
-                &job,
-                page,
-                &uploaded,
-                depths,
-                &self.no_indices,
-                blocks.len(),
-            );
-        }
+        let run = Run {
+            pipeline: &self.atomic_32,
+            targets: vec![depths.clone(), self.no_indices.as_entire_buffer_binding()],
+            phases: &[0],
+            job: job(camera, stride, MAX_MAP_RADIUS_PX, [MAP_PUSH, MAP_PUSH_ON_PLANE]),
+        };
+        run.encode(gpu, encoder, store, list, &uploaded);
     }
 
     /// Sets every word to "nothing here".
@@ -250,36 +230,88 @@ impl SplatPass {
         let columns = groups.clamp(1, 4096);
         pass.dispatch_workgroups(columns, groups.div_ceil(columns), 1);
     }
+}
 
-    #[expect(clippy::too_many_arguments, reason = "one argument a binding")]
-    fn dispatch(
-        &self,
+impl Run<'_> {
+    /// Every phase over every page.
+    fn encode(
+        self,
         gpu: &Gpu,
-        pass: &mut wgpu::ComputePass<'_>,
-        job: &gpu_data::Job,
-        points: &wgpu::Buffer,
+        encoder: &mut wgpu::CommandEncoder,
+        store: &PointStore,
+        list: &DrawList,
         uploaded: &Uploaded,
-        depths: wgpu::BufferBinding<'_>,
-        indices: &wgpu::Buffer,
-        blocks: usize,
     ) {
-        let uniform = uniform(gpu, job);
-        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("splat"),
-            layout: &self.splat.get_bind_group_layout(0),
-            entries: &[
-                entry(0, uniform.as_entire_binding()),
+        let jobs: Vec<_> = self
+            .phases
+            .iter()
+            .flat_map(|&phase| list.pages.iter().map(move |(page, blocks)| (phase, *page, blocks)))
+            .collect();
+        let padded: Vec<PaddedJob> = jobs
+            .iter()
+            .map(|&(phase, _, blocks)| {
+                let job = gpu_data::Job { phase, first_block: blocks.start, ..self.job };
+                PaddedJob { job, padding: [0; _] }
+            })
+            .collect();
+        let uniforms = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("splat jobs"),
+            contents: bytemuck::cast_slice(&padded),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(self.pipeline);
+        for ((_, page, blocks), offset) in jobs.into_iter().zip((0..).step_by(JOB_STRIDE)) {
+            let job = wgpu::BufferBinding {
+                buffer: &uniforms,
+                offset,
+                size: std::num::NonZero::new(size_of::<gpu_data::Job>() as u64),
+            };
+            let (points, normals) = store.page(page);
+            let mut entries = vec![
+                entry(0, wgpu::BindingResource::Buffer(job)),
                 entry(1, points.as_entire_binding()),
                 entry(2, uploaded.blocks.as_entire_binding()),
                 entry(3, uploaded.placements.as_entire_binding()),
-                entry(4, wgpu::BindingResource::Buffer(depths)),
-                entry(5, indices.as_entire_binding()),
-            ],
-        });
-        pass.set_pipeline(&self.splat);
-        pass.set_bind_group(0, &bind_group, &[]);
-        // A page has at most 8192 blocks, far below the limit of a row of workgroups.
-        pass.dispatch_workgroups(blocks as u32, 1, 1);
+            ];
+            for (target, binding) in self.targets.iter().zip(4..) {
+                entries.push(entry(binding, wgpu::BindingResource::Buffer(target.clone())));
+            }
+            entries.extend(normals.map(|normals| entry(6, normals.as_entire_binding())));
+            let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("splat"),
+                layout: &self.pipeline.get_bind_group_layout(0),
+                entries: &entries,
+            });
+            pass.set_bind_group(0, &bind_group, &[]);
+            // A page has at most 8192 blocks, far below the limit of a row of workgroups.
+            pass.dispatch_workgroups(blocks.len() as u32, 1, 1);
+        }
+    }
+}
+
+/// Uniforms start at multiples of this on every device.
+const JOB_STRIDE: usize = 256;
+
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct PaddedJob {
+    job: gpu_data::Job,
+    padding: [u32; (JOB_STRIDE - size_of::<gpu_data::Job>()) / 4],
+}
+
+/// A job for all points. `push`: of discs that face the eye, and of those on a plane.
+fn job(camera: &Camera, stride: u32, max_radius_px: f32, push: [f32; 2]) -> gpu_data::Job {
+    gpu_data::Job {
+        camera: *camera,
+        phase: 0,
+        first_block: 0,
+        stride,
+        min_radius_px: MIN_RADIUS_PX,
+        max_radius_px,
+        push: push[0],
+        push_on_plane: push[1],
+        padding: 0,
     }
 }
 
@@ -298,14 +330,6 @@ impl Uploaded {
             placements: buffer(bytemuck::cast_slice(&list.placements)),
         })
     }
-}
-
-fn uniform<T: bytemuck::Pod>(gpu: &Gpu, data: &T) -> wgpu::Buffer {
-    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("splat uniform"),
-        contents: bytemuck::bytes_of(data),
-        usage: wgpu::BufferUsages::UNIFORM,
-    })
 }
 
 fn entry(binding: u32, resource: wgpu::BindingResource<'_>) -> wgpu::BindGroupEntry<'_> {

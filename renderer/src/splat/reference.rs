@@ -1,40 +1,80 @@
-//! Discs that face the camera, in f64.
+//! Discs on the planes of points, in f64.
+//!
+//! The disc of a point P, camera frame, eye at the origin, has radius r and lies in the plane
+//! N · (X − P) = 0. A pixel at the normalised position m′ sees X = z (m′, 1), or in an
+//! orthographic view X = (m′, z), and shows the disc where |X − P| ≤ r.
+//!
+//! N faces the eye, N = v with v the unit vector towards P, unless the point has a normal n. Then
+//! with c = n · v it is `v + (n − c v) c / max(c², c₀²)`: along n where the plane is seen at more
+//! than asin c₀ = 6°, the same for −n, and from there back to v where it is seen edge-on, which
+//! two estimates of one plane would otherwise show from either side.
+//!
+//! The device does not intersect rays. With q = P / P_z, ρ = r / P_z, δ = m′ − m and
+//! g = N_xy / (N · q), the plane is at z = P_z / (1 + s), s = g · δ, and X − P is
+//! `P_z (δ − s q) / (1 + s)` in its plane, so that the disc is the conic
+//! |δ|² − 2 s (m · δ) + s² |q|² ≤ ρ² (1 + s)², an ellipse for ρ < 1, whose box follows from the
+//! inverse of its matrix. The tests hold this against the intersection here.
 
 use glam::{DVec2, DVec3};
 
-/// What a pixel shows: depth along the axis in metres, and which point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Nearest {
-    pub(crate) depth_m: f64,
-    pub(crate) index: usize,
-    /// Distance of the hit from the disc's centre as a share of its radius.
-    pub(crate) share: f64,
+use super::{MAX_RADIUS_PX, MIN_RADIUS_PX};
+
+/// Cosine below which a disc turns back towards the eye.
+const LEAST_COSINE: f64 = 0.1;
+
+/// A point in the camera's frame, metres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point {
+    pub(crate) position: DVec3,
+    /// Zero where it has none.
+    pub(crate) normal: DVec3,
+    /// Of the disc that is drawn.
+    pub(crate) radius_m: f64,
 }
 
-/// Depth of the disc around `p` (camera frame, radius in metres) on the ray of a pixel, and
-/// how far from its centre the ray hits it as a share of the radius; `None` off the disc.
-///
-/// The disc lies in the plane through `p` with normal `p`: `t p·d = p·p` for the ray `t d`.
-pub(crate) fn disc_depth(p: DVec3, radius_m: f64, ray: DVec3) -> Option<(f64, f64)> {
-    let t = p.length_squared() / p.dot(ray);
-    let share = (ray * t - p).length() / radius_m;
-    (t > 0.0 && share <= 1.0).then_some((t, share))
+/// What a pixel shows: depth along the axis in metres, and which point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shown {
+    pub(crate) depth_m: f64,
+    pub(crate) index: usize,
+}
+
+/// The radius in metres with which a point is drawn that is stored with `stored_m`: at least
+/// what covers a pixel, at most what bounds the work, and half the depth.
+pub(crate) fn drawn_radius(stored_m: f64, p: DVec3, focal: DVec2) -> f64 {
+    let pixel_m = p.z / focal.min_element();
+    let off_axis = p.length() / p.z;
+    stored_m
+        .max(f64::from(MIN_RADIUS_PX) * pixel_m)
+        .min(f64::from(MAX_RADIUS_PX) * pixel_m / off_axis)
+        .min(0.5 * p.z)
+}
+
+/// The normal of a point's disc, of any length.
+pub(crate) fn disc_normal(toward: DVec3, n: DVec3) -> DVec3 {
+    let c = n.dot(toward);
+    toward + (n - c * toward) * c / (c * c).max(LEAST_COSINE * LEAST_COSINE)
+}
+
+/// Depth of a point's disc on the ray `z direction`; `None` off the disc.
+pub(crate) fn disc_depth(point: &Point, direction: DVec3) -> Option<f64> {
+    let Point { position: p, normal, radius_m } = *point;
+    let n = disc_normal(p.normalize(), normal);
+    let z = n.dot(p) / n.dot(direction);
+    (z > 0.0 && (direction * z - p).length() <= radius_m).then_some(z)
 }
 
 /// The nearest disc at a pixel: lowest depth, then lowest index.
 pub(crate) fn nearest(
-    points: &[(DVec3, f64)],
+    points: &[Point],
     focal: DVec2,
     centre: DVec2,
     pixel: DVec2,
-) -> Option<Nearest> {
-    let ray = ((pixel - centre) / focal).extend(1.0);
+) -> Option<Shown> {
+    let direction = ((pixel - centre) / focal).extend(1.0);
     points
         .iter()
         .enumerate()
-        .filter_map(|(index, &(p, radius_m))| {
-            let (depth_m, share) = disc_depth(p, radius_m, ray)?;
-            Some(Nearest { depth_m, index, share })
-        })
+        .filter_map(|(index, point)| Some(Shown { depth_m: disc_depth(point, direction)?, index }))
         .min_by(|a, b| a.depth_m.total_cmp(&b.depth_m))
 }

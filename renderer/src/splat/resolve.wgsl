@@ -1,32 +1,41 @@
 // Which point each pixel shows: its position and code, from the index that won. One pass a
-// page of points. Mirrors `gpu_data::Resolve` in splat/mod.rs.
+// page of points, each over what the others left. Needs winner_eye.wgsl or
+// winner_estimated.wgsl.
 
-struct Resolve {
-    size: vec2<u32>,
+// Mirrors `gpu_data::Page` in splat/resolve.rs.
+struct Page {
+    // Pixels a row.
+    width: u32,
+    // Words between one pixel's index and the next one's.
+    stride: u32,
     // This page's share of `blocks`.
     first_block: u32,
     end_block: u32,
 }
 
-@group(0) @binding(0) var<uniform> resolve: Resolve;
+@group(0) @binding(0) var<uniform> page: Page;
 @group(0) @binding(1) var<storage, read> points: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> blocks: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read> placements: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> indices: array<u32>;
-@group(0) @binding(5) var winners: texture_storage_2d<rgba32uint, write>;
 
-@compute @workgroup_size(16, 16)
-fn resolve_page(@builtin(global_invocation_id) pixel: vec3<u32>) {
-    if any(pixel.xy >= resolve.size) {
-        return;
-    }
-    let index = indices[pixel.y * resolve.size.x + pixel.x];
+@vertex
+fn vs(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    // One triangle over the viewport.
+    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}
+
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> Winner {
+    let pixel = vec2<u32>(at.xy);
+    let index = indices[(pixel.y * page.width + pixel.x) * page.stride];
     let entry = index / 256u;
-    if entry < resolve.first_block || entry >= resolve.end_block {
-        return;
+    if entry < page.first_block || entry >= page.end_block {
+        discard;
     }
     let block = blocks[entry];
-    let point = points[block.x * 256u + index % 256u];
+    let place = block.x * 256u + index % 256u;
+    let point = points[place];
     let position = placements[block.y].xyz + bitcast<vec3<f32>>(point.xyz);
-    textureStore(winners, pixel.xy, vec4(bitcast<vec3<u32>>(position), point.w));
+    return winner(vec4(bitcast<vec3<u32>>(position), point.w), place);
 }

@@ -1,6 +1,7 @@
-// Points as discs that face the camera. One thread a point. Needs camera.wgsl.
-// Mirrors `gpu_data::Job` in splat/mod.rs.
+// Points as discs. One thread a point. Needs camera.wgsl, plane.wgsl, disc.wgsl, one of
+// nearest_32.wgsl and nearest_64.wgsl, and one of eye.wgsl and estimated.wgsl.
 
+// Mirrors `gpu_data::Job` in splat/mod.rs.
 struct Job {
     camera: Camera,
     // 0: nearest depth. 1: lowest index among those at that depth.
@@ -12,9 +13,11 @@ struct Job {
     // Smallest radius, pixels: one that surely covers a pixel centre.
     min_radius_px: f32,
     max_radius_px: f32,
-    // Depths are pushed back by this share of the radius.
+    // Depths are pushed back by this share of the radius: of discs that face the eye, and of
+    // those on the plane of a normal.
     push: f32,
-    padding: vec2<u32>,
+    push_on_plane: f32,
+    padding: u32,
 }
 
 const BLOCK_POINTS: u32 = 256u;
@@ -28,71 +31,53 @@ const BLOCK_POINTS: u32 = 256u;
 // Chunk origin minus the camera's centre, taken in f64; then the radius of all its points in
 // metres, 0 where each has its own.
 @group(0) @binding(3) var<storage, read> placements: array<vec4<f32>>;
-@group(0) @binding(4) var<storage, read_write> depths: array<atomic<u32>>;
-@group(0) @binding(5) var<storage, read_write> indices: array<atomic<u32>>;
 
-// Both phases run this one entry point, so that they compute the same bits.
+// All phases run this one entry point, so that they compute the same bits.
 @compute @workgroup_size(256)
 fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let entry = job.first_block + group.x;
     let block = blocks[entry];
-    let point = points[block.x * BLOCK_POINTS + lane];
+    let place = block.x * BLOCK_POINTS + lane;
+    let point = points[place];
     let code = (point.w >> 24u) & 0x7fu;
     if code == 0u {
         return;
     }
-    let camera = job.camera;
     let placement = placements[block.y];
+    let camera = job.camera;
     let p = cam_from_world(camera, placement.xyz + bitcast<vec3<f32>>(point.xyz));
     if !(p.z >= camera.near) {
         return;
     }
-    let m = p.xy / p.z;
-    let off_axis = sqrt(1.0 + dot(m, m));
-    let pixel_m = p.z / min(camera.focal.x, camera.focal.y);
-    let radius = min(
-        max(select(radius_from_code(code), placement.w, placement.w > 0.0), job.min_radius_px * pixel_m),
-        job.max_radius_px * pixel_m / off_axis,
-    );
-    // Half the box around the disc's picture: first order in the plane, divided by the depth
-    // of the disc's nearest edge.
-    let nearest = max(p.z - radius * length(m) / off_axis, 0.5 * p.z);
-    let half_box = camera.focal * radius * sqrt(1.0 + m * m) / nearest;
-    let middle = camera.focal * m + camera.centre;
-    let limit = vec2<f32>(camera.size) - 1.0;
-    // Compared as floats first: positions far outside do not fit an integer.
-    let low = max(ceil(middle - half_box - 0.5), vec2(0.0));
-    let high = min(floor(middle + half_box - 0.5), limit);
-    if !(low.x <= high.x && low.y <= high.y) {
+    let stored = select(radius_from_code(code), placement.w, placement.w > 0.0);
+    let n = normal_of(place);
+    let radius = drawn_radius(p, stored);
+    let disc = disc_around(camera, p, cam_from_world(camera, n), radius);
+    let extent = extent_of(disc, camera.size);
+    // Written so that NaN is refused.
+    if !(extent.low.x <= extent.high.x && extent.low.y <= extent.high.y) {
         return;
     }
+    let push = select(job.push_on_plane, job.push, all(n == vec3(0.0))) * radius;
     let index = entry * BLOCK_POINTS + lane;
-    let squared = dot(p, p);
-    // The radius is at most max_radius_px pixels, so these loops are short.
-    for (var y = i32(low.y); y <= i32(high.y); y++) {
-        for (var x = i32(low.x); x <= i32(high.x); x++) {
-            let ray = ray_from_pixel(camera, vec2(f32(x), f32(y)) + 0.5);
-            let facing = dot(p, ray);
-            if facing <= 0.0 {
-                continue;
-            }
-            let z = squared / facing;
-            let off = ray * z - p;
-            if dot(off, off) > radius * radius {
-                continue;
-            }
-            // Positive floats order as their bits do.
-            let bits = bitcast<u32>(z + job.push * radius);
-            let texel = u32(y) * job.stride + u32(x);
-            if job.phase == 0u {
-                if bits < atomicLoad(&depths[texel]) {
-                    atomicMin(&depths[texel], bits);
-                }
-            } else if bits == atomicLoad(&depths[texel]) {
-                atomicMin(&indices[texel], index);
+    for (var y = extent.low.y; y <= extent.high.y; y += 1.0) {
+        for (var x = extent.low.x; x <= extent.high.x; x += 1.0) {
+            let depth = depth_at(disc, vec2(x, y));
+            if depth > 0.0 {
+                offer(u32(y) * job.stride + u32(x), depth + push, index);
             }
         }
     }
+}
+
+fn drawn_radius(p: vec3<f32>, stored: f32) -> f32 {
+    let focal = min(job.camera.focal.x, job.camera.focal.y);
+    if job.camera.orthographic == 1u {
+        return clamp(stored, job.min_radius_px / focal, job.max_radius_px / focal);
+    }
+    // Half its depth at most, so that no disc reaches the plane of the eye.
+    let largest = min(job.max_radius_px / focal * p.z * p.z / length(p), 0.5 * p.z);
+    return min(max(stored, job.min_radius_px / focal * p.z), largest);
 }
 
 // Metres. Eight steps an octave from 1 mm.

@@ -7,7 +7,7 @@ use wgpu::util::DeviceExt as _;
 
 use crate::screen::{Bindings, ScreenPass, screen_pass};
 use crate::targets::Targets;
-use crate::{Gpu, camera, lens};
+use crate::{Gpu, camera, lens, octahedral, splat};
 
 /// The records, to be put before the shaders that read them.
 pub(crate) const PLACE_WGSL: &str = include_str!("place.wgsl");
@@ -17,7 +17,8 @@ pub(crate) const ORIENTATION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::
 
 /// The whole shader.
 pub(crate) fn wgsl() -> String {
-    [camera::WGSL, lens::WGSL, PLACE_WGSL, include_str!("surface.wgsl")].concat()
+    let surface = include_str!("surface.wgsl");
+    [camera::WGSL, lens::WGSL, octahedral::WGSL, PLACE_WGSL, splat::PLANE_WGSL, surface].concat()
 }
 
 pub(crate) mod gpu_data {
@@ -73,7 +74,7 @@ impl SurfacePass {
             wgpu::BindingResource::TextureView(&targets.planes),
             wgpu::BindingResource::TextureView(&targets.surfaces),
             wgpu::BindingResource::TextureView(&targets.winners),
-            targets.point_indices.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&targets.winning_normals),
             grid.as_entire_binding(),
         ];
         self.pass.draw(gpu, encoder, bindings, &[&targets.positions, &targets.orientations]);

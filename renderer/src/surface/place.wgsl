@@ -1,6 +1,6 @@
 // What a pixel of the picture shows, as the surface pass leaves it for the passes after it:
 // in `positions`, relative to the eye in world axes, with flags; in `orientations`, the normal
-// and a code.
+// and a code. Needs octahedral.wgsl.
 
 struct Place {
     kind: u32, // of SHOWS_*
@@ -46,20 +46,4 @@ fn unpacked(position: vec4<u32>, orientation: vec2<u32>) -> Place {
     place.relief_m = select(0.0, max(place.delta, RELIEF_M), (position.w & HAS_RELIEF) != 0u);
     place.code = orientation.y;
     return place;
-}
-
-// A unit vector on the octahedron |x| + |y| + |z| = 1, its lower half folded outwards: within
-// 6e-5 rad.
-fn octahedral(n: vec3<f32>) -> u32 {
-    let scale = 1.0 / max(abs(n.x) + abs(n.y) + abs(n.z), 1e-12);
-    let p = n.xy * scale;
-    let folded = (1.0 - abs(p.yx)) * select(vec2(-1.0), vec2(1.0), p >= vec2(0.0));
-    return pack2x16snorm(select(p, folded, n.z < 0.0));
-}
-
-fn from_octahedral(code: u32) -> vec3<f32> {
-    let p = unpack2x16snorm(code);
-    let z = 1.0 - abs(p.x) - abs(p.y);
-    let fold = max(-z, 0.0);
-    return normalize(vec3(p - select(vec2(-fold), vec2(fold), p >= vec2(0.0)), z));
 }

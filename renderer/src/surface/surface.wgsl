@@ -1,4 +1,5 @@
-// Which surface each pixel of the picture shows. Needs camera.wgsl, lens.wgsl and place.wgsl.
+// Which surface each pixel of the picture shows. Needs camera.wgsl, lens.wgsl,
+// octahedral.wgsl, place.wgsl and plane.wgsl.
 
 // Mirrors `View` in surface/mod.rs.
 struct View {
@@ -17,7 +18,6 @@ struct Shown {
     @location(1) orientation: vec2<u32>,
 }
 
-const NONE: u32 = 0xffffffffu;
 const NOWHERE: f32 = 1e29;
 const NOTHING_M: f32 = 1e30;
 // Marks a surface of the G-buffer that lies on the edge of a triangle.
@@ -30,7 +30,7 @@ const SAME_SURFACE_M: f32 = 0.15;
 @group(0) @binding(1) var planes: texture_2d<f32>;
 @group(0) @binding(2) var surfaces: texture_2d<u32>;
 @group(0) @binding(3) var winners: texture_2d<u32>;
-@group(0) @binding(4) var<storage, read> indices: array<u32>;
+@group(0) @binding(4) var winning_normals: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read> grid: array<vec2<f32>>;
 
 @vertex
@@ -102,16 +102,22 @@ fn place_on(m: vec2<f32>, cell: vec2<i32>, surface: u32) -> Place {
         place.relief_m = max(place.delta, RELIEF_M);
         place.code = ((surface & ~EDGE_BIT) >> 16u) - 1u;
     }
-    if indices[u32(cell.y) * view.camera.size.x + u32(cell.x)] != NONE {
-        let winner = textureLoad(winners, cell, 0);
+    let winner = textureLoad(winners, cell, 0);
+    if winner.w != 0u {
         let p = bitcast<vec3<f32>>(winner.xyz);
+        let normal_code = textureLoad(winning_normals, cell, 0).x;
         let towards = facing(view.camera, p);
-        let disc = vec4(towards, dot(towards, p));
+        var normal = towards;
+        if normal_code != 0u {
+            normal = normalize(disc_normal(towards, from_octahedral(normal_code)));
+        }
+        let disc = vec4(normal, dot(normal, p));
         if place.kind == SHOWS_NOTHING || plane_depth(disc, cell_ray) <= mesh_depth + place.delta {
             let mesh = place;
             place = Place();
             place.kind = SHOWS_POINT;
-            place.normal = towards;
+            place.normal = normal;
+            place.relief_m = select(RELIEF_M, 0.0, normal_code == 0u);
             place.code = winner.w;
             depth = plane_depth(disc, ray);
             // A point near the mesh is that surface, better known: it has its orientation.
