@@ -89,3 +89,66 @@ pub(crate) fn read<T: bytemuck::Pod>(
     let bytes = readback.get_mapped_range(..).expect("mapped").to_vec();
     bytemuck::pod_collect_to_vec(&bytes)
 }
+
+/// Where the pixels of a picture are, relative to the eye, from the surface pass's records.
+pub(crate) fn positions(
+    records: &wgpu::TextureView,
+    size: glam::UVec2,
+) -> Vec<Option<glam::DVec3>> {
+    const KERNEL: &str = "
+@group(0) @binding(0) var records: texture_2d<u32>;
+@group(0) @binding(1) var<storage, read_write> copied: array<vec4<u32>>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let size = textureDimensions(records);
+    if all(id.xy < size) {
+        copied[id.y * size.x + id.x] = textureLoad(records, id.xy, 0);
+    }
+}";
+    let gpu = gpu();
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("positions"),
+        source: wgpu::ShaderSource::Wgsl(KERNEL.into()),
+    });
+    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("positions"),
+        layout: None,
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    let copied = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: u64::from(size.element_product()) * 16,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    });
+    let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[
+            wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(records),
+            },
+            wgpu::BindGroupEntry { binding: 1, resource: copied.as_entire_binding() },
+        ],
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &bind_group, &[]);
+        pass.dispatch_workgroups(size.x.div_ceil(8), size.y.div_ceil(8), 1);
+    }
+    let records: Vec<[u32; 4]> = read(encoder, &copied);
+    records
+        .into_iter()
+        .map(|[x, y, z, flags]| {
+            let position = [x, y, z].map(|bits| f64::from(f32::from_bits(bits)));
+            (flags != 0).then(|| position.into())
+        })
+        .collect()
+}

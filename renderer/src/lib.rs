@@ -1,5 +1,8 @@
 #![doc = include_str!("../README.md")]
 
+#[cfg(test)]
+extern crate self as flaneur_renderer;
+
 mod camera;
 mod depth_map;
 mod error;
@@ -14,6 +17,7 @@ mod octahedral;
 mod photographs;
 mod pinhole;
 mod points;
+pub mod reference;
 mod renderer;
 mod screen;
 mod settings;

@@ -47,9 +47,7 @@ impl Renderer {
 
     /// An empty scene. Settings outside their range are brought into it.
     pub fn with_settings(gpu: &Gpu, settings: Settings) -> Self {
-        // Rows that can be copied.
-        let depth_map_side = settings.depth_map_side.clamp(64, 2048).next_multiple_of(64);
-        let settings = Settings { depth_map_side, ..settings };
+        let settings = settings.in_range();
         Self {
             gpu: gpu.clone(),
             settings,
@@ -60,7 +58,7 @@ impl Renderer {
             mesh: MeshStore::default(),
             points: PointStore::new(settings.splat_normals),
             photographs: PhotographStore::new(gpu),
-            maps: DepthMaps::new(gpu, depth_map_side, settings.refine_by_points),
+            maps: DepthMaps::new(gpu, settings.depth_map_side, settings.refine_by_points),
             targets: None,
         }
     }
@@ -258,6 +256,12 @@ impl Renderer {
         let frame = Frame::from_coded(size, targets.read_picture(gpu)?, stats);
         stages.ended("read back")?;
         Ok((frame, stages.times()))
+    }
+
+    /// What the last frame shows, see surface/place.wgsl.
+    #[cfg(test)]
+    pub(crate) fn last_positions(&self) -> Option<&wgpu::TextureView> {
+        self.targets.as_ref().map(|targets| &targets.positions)
     }
 
     fn points_removed(&mut self, bounds: &Bounds3) {

@@ -79,6 +79,15 @@ pub enum Mode {
     Uncertainty = 8,
 }
 
+impl Settings {
+    /// The nearest settings that can be used.
+    pub(crate) fn in_range(self) -> Self {
+        // Rows that can be copied.
+        let depth_map_side = self.depth_map_side.clamp(64, 2048).next_multiple_of(64);
+        Self { depth_map_side, ..self }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {

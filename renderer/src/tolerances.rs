@@ -51,3 +51,13 @@ pub const OWN_PHOTOGRAPH_MEAN_255: f64 = 0.5;
 /// differences of f64 positions are rounded to f32 at other bits, so that colours may round
 /// to the next byte and edges may fall to the other side of a pixel centre.
 pub const FAR_AWAY_255: f64 = 1.0;
+
+/// Share of the pixels away from edges whose channels, as bytes, are at most one from the whole
+/// frame's reference: software devices decode sRGB by a polynomial that is off by up to a third
+/// of a byte and weigh texels in 256ths, and the sum is rounded. Where a depth test is decided by
+/// less than the rounding of its depths, a photograph more or less has a say.
+pub const FRAME_ALIKE_SHARE: f64 = 0.999;
+
+/// The same difference, for 99 % of the pixels, where coarser levels of the photographs are
+/// looked up: those were decoded and encoded once more each.
+pub const FRAME_MINIFIED_255: f64 = 2.0;

@@ -16,7 +16,6 @@ use crate::points::PointStore;
 use crate::shade::photograph::Standing;
 use crate::splat::{self, SplatPass};
 
-#[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;

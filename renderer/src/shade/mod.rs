@@ -21,7 +21,6 @@ use crate::targets::Targets;
 use crate::{Gpu, depth_map, lens, octahedral};
 
 pub(crate) mod photograph;
-#[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;

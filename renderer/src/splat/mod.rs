@@ -16,7 +16,6 @@ use crate::{Gpu, Settings, camera, octahedral};
 use resolve::Resolve;
 
 mod nearest;
-#[cfg(test)]
 pub(crate) mod reference;
 mod resolve;
 #[cfg(test)]
@@ -32,7 +31,7 @@ pub(crate) const MIN_RADIUS_PX: f32 = 0.708;
 /// Largest radius of a disc on a view, pixels.
 pub(crate) const MAX_RADIUS_PX: f32 = 24.0;
 /// Largest radius of a disc on a depth map, texels.
-const MAX_MAP_RADIUS_PX: f32 = 12.0;
+pub(crate) const MAX_MAP_RADIUS_PX: f32 = 12.0;
 /// Largest radius of a disc on a depth map, metres.
 pub(crate) const MAX_MAP_RADIUS_M: f32 = 0.1;
 /// Discs on depth maps that face the photograph lie behind their point by this share of their

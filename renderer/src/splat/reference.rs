@@ -15,9 +15,11 @@
 //! |δ|² − 2 s (m · δ) + s² |q|² ≤ ρ² (1 + s)², an ellipse for ρ < 1, whose box follows from the
 //! inverse of its matrix. The tests hold this against the intersection here.
 
-use glam::{DVec2, DVec3};
+#[cfg(test)]
+use glam::DVec2;
+use glam::DVec3;
 
-use super::{MAX_RADIUS_PX, MIN_RADIUS_PX};
+use super::MIN_RADIUS_PX;
 
 /// Cosine below which a disc turns back towards the eye.
 const LEAST_COSINE: f64 = 0.1;
@@ -33,6 +35,7 @@ pub(crate) struct Point {
 }
 
 /// What a pixel shows: depth along the axis in metres, and which point.
+#[cfg(test)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shown {
     pub(crate) depth_m: f64,
@@ -40,13 +43,14 @@ pub(crate) struct Shown {
 }
 
 /// The radius in metres with which a point is drawn that is stored with `stored_m`: at least
-/// what covers a pixel, at most what bounds the work, and half the depth.
-pub(crate) fn drawn_radius(stored_m: f64, p: DVec3, focal: DVec2) -> f64 {
-    let pixel_m = p.z / focal.min_element();
+/// what covers a pixel, at most what bounds the work, `largest_px` pixels, and half the depth.
+/// `focal_px` is the smaller of the camera's two.
+pub(crate) fn drawn_radius(stored_m: f64, p: DVec3, focal_px: f64, largest_px: f32) -> f64 {
+    let pixel_m = p.z / focal_px;
     let off_axis = p.length() / p.z;
     stored_m
         .max(f64::from(MIN_RADIUS_PX) * pixel_m)
-        .min(f64::from(MAX_RADIUS_PX) * pixel_m / off_axis)
+        .min(f64::from(largest_px) * pixel_m / off_axis)
         .min(0.5 * p.z)
 }
 
@@ -65,6 +69,7 @@ pub(crate) fn disc_depth(point: &Point, direction: DVec3) -> Option<f64> {
 }
 
 /// The nearest disc at a pixel: lowest depth, then lowest index.
+#[cfg(test)]
 pub(crate) fn nearest(
     points: &[Point],
     focal: DVec2,

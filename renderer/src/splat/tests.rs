@@ -6,7 +6,7 @@ use flaneur_scene::{
 use glam::{DMat3, DVec2, DVec3, UVec2, Vec3};
 
 use super::reference::{Point, disc_depth, drawn_radius, nearest};
-use super::{SplatPass, ViewTarget};
+use super::{MAX_RADIUS_PX, SplatPass, ViewTarget};
 use crate::camera::{NEAR_M, gpu_data::Camera};
 use crate::frustum::Frustum;
 use crate::kernel_tests::gpu;
@@ -115,7 +115,12 @@ fn reference_points(
             Point {
                 position,
                 normal: if normals == SplatNormals::Eye { DVec3::ZERO } else { normal },
-                radius_m: if drawn { drawn_radius(stored_m, position, pinhole.focal) } else { 0.0 },
+                radius_m: if drawn {
+                    let focal_px = pinhole.focal.min_element();
+                    drawn_radius(stored_m, position, focal_px, MAX_RADIUS_PX)
+                } else {
+                    0.0
+                },
             }
         })
         .collect()

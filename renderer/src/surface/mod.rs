@@ -9,6 +9,8 @@ use crate::screen::{Bindings, ScreenPass, screen_pass};
 use crate::targets::Targets;
 use crate::{Gpu, camera, lens, octahedral, splat};
 
+pub(crate) mod reference;
+
 /// The records, to be put before the shaders that read them.
 pub(crate) const PLACE_WGSL: &str = include_str!("place.wgsl");
 

@@ -1,0 +1,180 @@
+//! The points as discs, as one camera sees them, asked ray by ray.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use flaneur_scene::{Bounds3, PointChunk, PointNodeId, PosedCamera};
+use glam::{DVec3, Vec3};
+
+use super::Ray;
+use super::boxes::Boxes;
+use crate::camera::NEAR_M;
+use crate::settings::SplatNormals;
+use crate::splat::reference::{self, disc_depth, disc_normal, drawn_radius};
+use crate::{Settings, splat};
+
+/// A point of the scene, whoever looks at it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    /// World frame.
+    pub(super) position: DVec3,
+    /// sRGB, where it has one.
+    pub(super) colour: Option<[u8; 3]>,
+    /// Unit; zero where it has none.
+    normal: DVec3,
+    /// On views: that of its node, or of finer nodes around it.
+    radius_m: f64,
+    /// On depth maps: that of its own node.
+    map_radius_m: f64,
+}
+
+impl Point {
+    pub(super) fn has_normal(&self) -> bool {
+        self.normal != DVec3::ZERO
+    }
+
+    /// The normal of its disc as seen from `eye`: unit, towards it.
+    pub(super) fn disc_normal(&self, eye: DVec3) -> DVec3 {
+        let toward = (eye - self.position).normalize_or_zero();
+        disc_normal(toward, self.normal).normalize_or_zero()
+    }
+}
+
+/// Discs as a camera sees them, in its frame.
+#[derive(Debug)]
+pub(super) struct Discs {
+    discs: Vec<Disc>,
+    boxes: Boxes,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Disc {
+    point: reference::Point,
+    /// Depths are pushed back by this, metres.
+    push_m: f64,
+    /// Which point.
+    index: usize,
+}
+
+/// Where a ray meets the nearest disc.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hit {
+    /// Along the axis, pushed back.
+    pub(super) depth_m: f64,
+    /// Which point.
+    pub(super) index: usize,
+}
+
+/// How a camera draws discs.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Target {
+    /// A view.
+    View,
+    /// A photograph's depth map.
+    Map,
+}
+
+/// All points of a scene that can be drawn, in the order of their nodes.
+pub(super) fn points(
+    chunks: &BTreeMap<PointNodeId, Arc<PointChunk>>,
+    settings: &Settings,
+) -> Vec<Point> {
+    let own_radius = |chunk: &PointChunk| {
+        f64::from((chunk.spacing_m * settings.splat_scale).min(settings.max_splat_radius_m))
+    };
+    let positions = |chunk: &PointChunk| -> Vec<(usize, DVec3)> {
+        let near = |p: &[f32; 3]| p.iter().all(|x| x.abs() <= 1e6);
+        let world = |p: &[f32; 3]| chunk.origin + Vec3::from_array(*p).as_dvec3();
+        let kept = chunk.positions.iter().enumerate().filter(|(_, p)| near(p));
+        kept.map(|(i, p)| (i, world(p))).collect()
+    };
+    let extents: Vec<(PointNodeId, Bounds3, f64)> = chunks
+        .iter()
+        .map(|(id, chunk)| {
+            let mut bounds = Bounds3::EMPTY;
+            positions(chunk).into_iter().for_each(|(_, p)| bounds.include(p));
+            (*id, bounds, coded(own_radius(chunk)))
+        })
+        .collect();
+    let estimated = settings.splat_normals == SplatNormals::Estimated;
+    let mut points = Vec::new();
+    for (id, chunk) in chunks {
+        let own_radius_m = own_radius(chunk);
+        let below: Vec<&(PointNodeId, Bounds3, f64)> =
+            extents.iter().filter(|(other, ..)| is_below(other, id)).collect();
+        for (i, position) in positions(chunk) {
+            let around = below.iter().filter(|(_, bounds, _)| bounds.distance(position) == 0.0);
+            let radius_m = around.map(|(.., radius)| *radius).fold(coded(own_radius_m), f64::min);
+            let colour = chunk.colours.get(i).copied().filter(|colour| *colour != [0; 3]);
+            let normal =
+                chunk.normals.get(i).map_or(DVec3::ZERO, |n| Vec3::from_array(*n).as_dvec3());
+            let normal = if estimated { normal } else { DVec3::ZERO };
+            let map_radius_m = own_radius_m.min(f64::from(splat::MAX_MAP_RADIUS_M));
+            points.push(Point { position, colour, normal, radius_m, map_radius_m });
+        }
+    }
+    points
+}
+
+/// The stored radius nearest to `radius_m`: eight steps an octave from 1 mm, 127 of them.
+fn coded(radius_m: f64) -> f64 {
+    0.001 * ((8.0 * (radius_m / 0.001).log2()).round().clamp(1.0, 127.0) / 8.0).exp2()
+}
+
+fn is_below(other: &PointNodeId, id: &PointNodeId) -> bool {
+    let mut above = other.key.parent();
+    while let Some(key) = above {
+        if key == id.key {
+            return other.source == id.source;
+        }
+        above = key.parent();
+    }
+    false
+}
+
+impl Discs {
+    /// The discs of `points` for a camera whose ideal pixels have the focal length `focal_px`,
+    /// the smaller of its two.
+    pub(super) fn new(
+        points: &[Point],
+        camera: &PosedCamera,
+        focal_px: f64,
+        target: Target,
+    ) -> Self {
+        let disc = |(index, seen): (usize, &Point)| {
+            let position = camera.cam_from_world(seen.position);
+            let normal = camera.cam_from_world * seen.normal;
+            let (stored_m, largest_px, push) = match (target, seen.has_normal()) {
+                (Target::View, _) => (seen.radius_m, splat::MAX_RADIUS_PX, 0.0),
+                (Target::Map, false) => {
+                    (seen.map_radius_m, splat::MAX_MAP_RADIUS_PX, splat::MAP_PUSH)
+                }
+                (Target::Map, true) => {
+                    (seen.map_radius_m, splat::MAX_MAP_RADIUS_PX, splat::MAP_PUSH_ON_PLANE)
+                }
+            };
+            let radius_m = drawn_radius(stored_m, position, focal_px, largest_px);
+            let push_m = f64::from(push) * radius_m;
+            let point = reference::Point { position, normal, radius_m };
+            (position.z >= f64::from(NEAR_M)).then_some(Disc { point, push_m, index })
+        };
+        let discs: Vec<Disc> = points.iter().enumerate().filter_map(disc).collect();
+        let around = |Disc { point, .. }: &Disc| Bounds3 {
+            min: point.position - point.radius_m,
+            max: point.position + point.radius_m,
+        };
+        let bounds: Vec<Bounds3> = discs.iter().map(around).collect();
+        Self { discs, boxes: Boxes::new(&bounds) }
+    }
+
+    /// The nearest disc in a direction of the camera's frame, of depth 1: lowest depth, then
+    /// lowest index.
+    pub(super) fn first(&self, direction: DVec3) -> Option<Hit> {
+        let ray = Ray { origin: DVec3::ZERO, direction };
+        let found = self.boxes.first(&ray, |item| {
+            let disc = &self.discs[item];
+            Some((disc_depth(&disc.point, direction)? + disc.push_m, ()))
+        })?;
+        Some(Hit { depth_m: found.key, index: self.discs[found.item].index })
+    }
+}

@@ -1,0 +1,151 @@
+//! A photograph: what it says about a place, and what hides the place from it.
+
+use std::cell::RefCell;
+
+use flaneur_scene::{ImageUpdate, Lens, PosedCamera};
+use glam::{DVec2, DVec3};
+
+use super::Ray;
+use super::discs::{Discs, Point, Target};
+use super::pyramid::Pyramid;
+use super::triangles::Triangles;
+use crate::depth_map::reference::{self, Occluders, depth_on_texel_ray, is_visible, relief_depth};
+use crate::mesh::reference::NO_MESH_M;
+use crate::pinhole::Pinhole;
+use crate::surface::reference::Shown;
+
+/// Nothing nearer to a photograph's eye plane is looked up in it, metres.
+const NEAREST_DEPTH_M: f64 = 0.05;
+/// Levels of detail less than this are rounding: the full level alone is exact.
+const LEAST_LOD: f64 = 0.02;
+
+/// A photograph with its depth map.
+#[derive(Debug)]
+pub(super) struct Photograph<'a> {
+    camera: PosedCamera,
+    /// The lens of the pixels that are there.
+    lens: Lens,
+    pyramid: Pyramid,
+    map: Map<'a>,
+}
+
+/// Where a photograph sees a place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    /// Camera frame, metres.
+    position: DVec3,
+    /// Raw pixel.
+    pixel: DVec2,
+    /// Distance from the picture's border as a share of its shorter side.
+    pub(super) border: f64,
+}
+
+/// A depth map, each texel made when it is first asked for.
+#[derive(Debug)]
+struct Map<'a> {
+    pinhole: Pinhole,
+    camera: PosedCamera,
+    mesh: &'a Triangles,
+    discs: Discs,
+    texels: RefCell<Vec<Option<Occluders>>>,
+}
+
+impl<'a> Photograph<'a> {
+    /// `None` for a lens that sees nothing.
+    pub(super) fn new(
+        image: &ImageUpdate,
+        map_side: u32,
+        mesh: &'a Triangles,
+        points: &[Point],
+    ) -> Option<Self> {
+        let camera = image.camera;
+        let pinhole = Pinhole::for_depth_map(&camera.lens, map_side)?;
+        let discs = Discs::new(points, &camera, pinhole.focal.min_element(), Target::Map);
+        let texels = RefCell::new(vec![None; pinhole.size.element_product() as usize]);
+        Some(Self {
+            camera,
+            lens: camera.lens.scaled_to(image.size),
+            pyramid: Pyramid::new(image),
+            map: Map { pinhole, camera, mesh, discs, texels },
+        })
+    }
+
+    pub(super) fn centre(&self) -> DVec3 {
+        self.camera.centre
+    }
+
+    /// Where the place at `position` (world) appears, if it does within the picture.
+    pub(super) fn sees(&self, position: DVec3) -> Option<Seen> {
+        let position = self.camera.cam_from_world(position);
+        if !(position.z >= NEAREST_DEPTH_M) {
+            return None;
+        }
+        let pixel = self.lens.project(position)?;
+        let size = self.lens.size.as_dvec2();
+        let border = pixel.min(size - pixel).min_element() / size.min_element();
+        (border > 0.0).then_some(Seen { position, pixel, border })
+    }
+
+    /// Share of the four texels of the depth map around the place that see it, by bilinear
+    /// weight.
+    pub(super) fn visible_share(&self, shown: &Shown, seen: &Seen) -> f64 {
+        let Pinhole { focal, centre, .. } = self.map.pinhole;
+        let c = seen.position;
+        let n = self.camera.cam_from_world * shown.normal;
+        let at = focal * (c.truncate() / c.z) + centre - 0.5;
+        let (first, t) = (at.floor(), at - at.floor());
+        let texel_m = c.z / focal.min_element();
+        let place = if shown.is_point { reference::Place::Point } else { reference::Place::Mesh };
+        [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE]
+            .into_iter()
+            .filter(|&step| {
+                let texel = first + step;
+                let ray = self.map.ray(texel);
+                let z = depth_on_texel_ray(c, n, ray);
+                let relief = relief_depth(shown.relief_m, n, ray);
+                is_visible(z, texel_m, place, relief, self.map.occluders(texel))
+            })
+            .map(|step| {
+                let share = DVec2::ONE - step + (2.0 * step - 1.0) * t;
+                share.x * share.y
+            })
+            .sum()
+    }
+
+    /// Linear colour and mask where the place appears, at the level of detail of a picture
+    /// that has `pixels_per_m` there.
+    pub(super) fn look_up(&self, seen: &Seen, pixels_per_m: f64) -> (DVec3, f64) {
+        let texels_per_m = self.lens.intrinsics.fy / seen.position.z;
+        let lod = (texels_per_m / pixels_per_m).max(1.0).log2();
+        let lod = if lod < LEAST_LOD { 0.0 } else { lod.min(self.pyramid.coarsest()) };
+        self.pyramid.at(seen.pixel, lod)
+    }
+}
+
+impl Map<'_> {
+    /// Direction, camera frame, depth 1, of a texel's centre.
+    fn ray(&self, texel: DVec2) -> DVec3 {
+        ((texel + 0.5 - self.pinhole.centre) / self.pinhole.focal).extend(1.0)
+    }
+
+    /// What a texel knows; beyond the map's border what the nearest texel does.
+    fn occluders(&self, texel: DVec2) -> Occluders {
+        let size = self.pinhole.size.as_dvec2();
+        let texel = texel.max(DVec2::ZERO).min(size - 1.0);
+        let index = (texel.y * size.x + texel.x) as usize;
+        if let Some(known) = self.texels.borrow()[index] {
+            return known;
+        }
+        let direction = self.ray(texel);
+        let disc = self.discs.first(direction);
+        let direction = self.camera.cam_from_world.transpose() * direction;
+        let mesh = self.mesh.first(&Ray { origin: self.camera.centre, direction });
+        let found = Occluders {
+            mesh_m: mesh.map_or(NO_MESH_M, |hit| hit.depth_m),
+            mesh_uncertainty_m: mesh.map_or(0.0, |hit| hit.uncertainty_m),
+            point_m: disc.map_or(f64::INFINITY, |hit| hit.depth_m),
+        };
+        self.texels.borrow_mut()[index] = Some(found);
+        found
+    }
+}

@@ -1,0 +1,114 @@
+//! A photograph's levels of detail, and lookups between them.
+
+use flaneur_scene::ImageUpdate;
+use glam::{DVec2, DVec3, UVec2};
+
+use super::srgb;
+use crate::photographs::atlas::MAX_LOD;
+
+/// A photograph and its halves.
+#[derive(Debug)]
+pub(super) struct Pyramid {
+    levels: Vec<Level>,
+}
+
+/// Linear colours and mask, 0 to 1.
+#[derive(Debug)]
+struct Level {
+    size: UVec2,
+    texels: Vec<(DVec3, f64)>,
+}
+
+impl Pyramid {
+    /// The levels of an image: the mean of four texels each, those outside the mask without a
+    /// say in the colour, kept as bytes of sRGB.
+    pub(super) fn new(image: &ImageUpdate) -> Self {
+        let texels = image
+            .rgba
+            .chunks_exact(4)
+            .map(|texel| {
+                let channel = |i: usize| f64::from(texel[i]) / 255.0;
+                let colour = DVec3::new(channel(0), channel(1), channel(2));
+                (colour.map(srgb::linear_from_srgb), channel(3))
+            })
+            .collect();
+        let mut levels = vec![Level { size: image.size, texels }];
+        let coarsest = image.size.min_element().ilog2().min(MAX_LOD);
+        for _ in 0..coarsest {
+            let next = levels.last().map(Level::halved);
+            levels.extend(next);
+        }
+        Self { levels }
+    }
+
+    /// Colour and mask at a raw pixel position, between four texels of each of the two levels
+    /// around `lod`, half a texel of the coarser one inside the border.
+    pub(super) fn at(&self, pixel: DVec2, lod: f64) -> (DVec3, f64) {
+        let lod = lod.min((self.levels.len() - 1) as f64);
+        let inset = 0.5 * lod.ceil().exp2();
+        let high = (self.levels[0].size.as_dvec2() - inset).max(DVec2::splat(inset));
+        let inside = pixel.max(DVec2::splat(inset)).min(high);
+        let (fine, share) = (lod.floor(), lod.fract());
+        let of_level = |level: f64| self.levels[level as usize].at(inside / level.exp2());
+        let (colour, mask) = of_level(fine);
+        if share == 0.0 {
+            return (colour, mask);
+        }
+        let (coarser_colour, coarser_mask) = of_level(fine + 1.0);
+        (colour.lerp(coarser_colour, share), mask + share * (coarser_mask - mask))
+    }
+
+    /// The highest level of detail that there is.
+    pub(super) fn coarsest(&self) -> f64 {
+        (self.levels.len() - 1) as f64
+    }
+}
+
+impl Level {
+    fn texel(&self, x: i64, y: i64) -> (DVec3, f64) {
+        let (width, height) = (i64::from(self.size.x), i64::from(self.size.y));
+        let (x, y) = (x.clamp(0, width - 1), y.clamp(0, height - 1));
+        self.texels[(y * width + x) as usize]
+    }
+
+    fn halved(&self) -> Self {
+        let size = self.size.map(|side| side.div_ceil(2));
+        let texel = |i: u32| {
+            let (x, y) = (2 * i64::from(i % size.x), 2 * i64::from(i / size.x));
+            let (mut colour, mut mask) = (DVec3::ZERO, 0.0);
+            for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                // Odd sizes: the last texel stands for one texel twice.
+                let (c, m) = self.texel(x + dx, y + dy);
+                colour += c * m;
+                mask += m;
+            }
+            let mean = if mask > 0.0 { colour / mask } else { colour };
+            (
+                mean.map(|c| srgb::linear_from_srgb(byte(srgb::srgb_from_linear(c)))),
+                byte(mask / 4.0),
+            )
+        };
+        Self { size, texels: (0..size.x * size.y).map(texel).collect() }
+    }
+
+    /// Bilinear, texel centres at halves.
+    fn at(&self, position: DVec2) -> (DVec3, f64) {
+        let first = (position - 0.5).floor();
+        let t = position - 0.5 - first;
+        let (x, y) = (first.x as i64, first.y as i64);
+        let corners = [
+            (self.texel(x, y), (1.0 - t.x) * (1.0 - t.y)),
+            (self.texel(x + 1, y), t.x * (1.0 - t.y)),
+            (self.texel(x, y + 1), (1.0 - t.x) * t.y),
+            (self.texel(x + 1, y + 1), t.x * t.y),
+        ];
+        corners.into_iter().fold((DVec3::ZERO, 0.0), |(colour, mask), ((c, m), weight)| {
+            (colour + c * weight, mask + m * weight)
+        })
+    }
+}
+
+/// The nearest of the 256 values that a byte keeps.
+fn byte(value: f64) -> f64 {
+    (value * 255.0).round() / 255.0
+}

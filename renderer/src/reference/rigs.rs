@@ -1,0 +1,124 @@
+//! What the photographs say together about a place.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use flaneur_scene::{ImageId, ImageUpdate};
+use glam::DVec3;
+
+use super::discs::Point;
+use super::photograph::{Photograph, Seen};
+use super::triangles::Triangles;
+use crate::Settings;
+use crate::shade::photograph::{closeness, mark, rig_weight};
+use crate::shade::reference::{edge_weight, feather_weight, park_weight};
+use crate::surface::reference::Shown;
+
+/// Filtered masks this close to one have no masked texel in them.
+const OPAQUE: f64 = 0.999;
+
+/// The photographs that may colour the pixels of one eye.
+#[derive(Debug)]
+pub(super) struct Rigs<'a> {
+    eye: DVec3,
+    rigs: Vec<Rig<'a>>,
+    depth_test: bool,
+}
+
+#[derive(Debug)]
+struct Rig<'a> {
+    /// Share of its weight that its place among the nearest rigs leaves it.
+    weight: f64,
+    /// Squared distance from the eye to its nearest camera, metres.
+    nearest_2: f64,
+    cameras: Vec<(&'a ImageId, Photograph<'a>)>,
+}
+
+/// Linear colours of a place, blended.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blend {
+    pub(super) colour: DVec3,
+    /// The same of the colours that stand for the photographs.
+    pub(super) mark: DVec3,
+}
+
+impl<'a> Rigs<'a> {
+    /// The rigs nearest to `eye`, nearest first.
+    pub(super) fn new(
+        images: &'a BTreeMap<ImageId, Arc<ImageUpdate>>,
+        eye: DVec3,
+        settings: &Settings,
+        mesh: &'a Triangles,
+        points: &[Point],
+    ) -> Self {
+        let mut by_rig: BTreeMap<&str, Vec<&ImageUpdate>> = BTreeMap::new();
+        for (id, image) in images {
+            by_rig.entry(id.panorama()).or_default().push(image);
+        }
+        let mut nearest: Vec<(f64, Vec<&ImageUpdate>)> = by_rig
+            .into_values()
+            .map(|rig| {
+                let distance_2 = |image: &&ImageUpdate| image.camera.centre.distance_squared(eye);
+                (rig.iter().map(distance_2).fold(f64::INFINITY, f64::min), rig)
+            })
+            .collect();
+        nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let left_out_m = nearest.get(settings.rigs).map_or(f64::INFINITY, |rig| rig.0.sqrt());
+        let rigs = nearest
+            .into_iter()
+            .take(settings.rigs)
+            .map(|(nearest_2, images)| Rig {
+                weight: rig_weight(nearest_2.sqrt(), left_out_m),
+                nearest_2,
+                cameras: images
+                    .into_iter()
+                    .filter_map(|image| {
+                        let side = settings.depth_map_side;
+                        let points = if settings.refine_by_points { points } else { &[] };
+                        Some((&image.id, Photograph::new(image, side, mesh, points)?))
+                    })
+                    .collect(),
+            })
+            .collect();
+        Self { eye, rigs, depth_test: settings.depth_test }
+    }
+
+    /// What the best camera of each rig says about a place (world), together; `None` where none
+    /// of them sees it. `pixels_per_m` is the scale of the picture at the place.
+    pub(super) fn blend(&self, position: DVec3, shown: &Shown, pixels_per_m: f64) -> Option<Blend> {
+        let (mut sum, mut colours, mut marks) = (0.0, DVec3::ZERO, DVec3::ZERO);
+        for rig in &self.rigs {
+            let Some((id, photograph, seen)) = rig.best(position, self.eye) else { continue };
+            let visible =
+                if self.depth_test { photograph.visible_share(shown, &seen) } else { 1.0 };
+            let weight = park_weight(shown.normal, position, photograph.centre(), self.eye)
+                * feather_weight(seen.border)
+                * edge_weight(visible)
+                * rig.weight;
+            let (colour, mask) = photograph.look_up(&seen, pixels_per_m);
+            if weight > 0.0 && mask >= OPAQUE {
+                sum += weight;
+                colours += colour * weight;
+                marks += DVec3::from_array(mark(id).map(f64::from)) * weight;
+            }
+        }
+        (sum > 0.0).then(|| Blend { colour: colours / sum, mark: marks / sum })
+    }
+}
+
+impl Rig<'_> {
+    /// The camera that sees a place best: furthest inside its border, unless the eye is so close
+    /// that it is in one camera rather than in the others. Of equals the first.
+    fn best(&self, position: DVec3, eye: DVec3) -> Option<(&ImageId, &Photograph<'_>, Seen)> {
+        let mut best: Option<(f64, &ImageId, &Photograph<'_>, Seen)> = None;
+        for (id, photograph) in &self.cameras {
+            let Some(seen) = photograph.sees(position) else { continue };
+            let distance_2 = photograph.centre().distance_squared(eye);
+            let score = seen.border * closeness(distance_2, self.nearest_2);
+            if best.as_ref().is_none_or(|(other, ..)| score > *other) {
+                best = Some((score, id, photograph, seen));
+            }
+        }
+        best.map(|(_, id, photograph, seen)| (id, photograph, seen))
+    }
+}
