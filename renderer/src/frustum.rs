@@ -37,6 +37,11 @@ impl Frustum {
         Self { apex: camera.centre, inward, far_corners }
     }
 
+    /// Inward normals of the planes through the apex, world frame: four sides, and forward.
+    pub(crate) fn inward(&self) -> [DVec3; 5] {
+        self.inward
+    }
+
     /// Whether anything of the box, grown by `margin_m`, may be seen. Never wrongly false.
     pub(crate) fn meets_box(&self, bounds: &Bounds3, margin_m: f64) -> bool {
         self.inward.iter().all(|n| {

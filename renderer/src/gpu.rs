@@ -43,7 +43,10 @@ impl Gpu {
     }
 
     async fn open() -> Result<Self, RenderError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        // The arguments of indirect draws are this crate's own.
+        descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+        let instance = wgpu::Instance::new(descriptor);
         let mut adapters = instance.enumerate_adapters(wgpu::Backends::PRIMARY).await;
         // Stable: among equals the driver's own order decides.
         adapters.sort_by_key(|adapter| preference(adapter.get_info().device_type));

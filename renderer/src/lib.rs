@@ -28,6 +28,7 @@ mod splat;
 mod stages;
 mod surface;
 mod targets;
+mod tiles;
 #[cfg(test)]
 mod tolerances;
 

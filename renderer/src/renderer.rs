@@ -12,11 +12,12 @@ use crate::photographs::{Photograph, PhotographStore, camera_fault};
 use crate::pinhole::Pinhole;
 use crate::points::{DrawList, PointStore};
 use crate::shade::photograph::{Drawn, mark};
-use crate::shade::{self, ShadePass, tiles};
+use crate::shade::{self, ShadePass};
 use crate::splat::{SplatPass, ViewTarget};
 use crate::stages::{PassTime, Stages};
 use crate::surface::{self, SurfacePass};
 use crate::targets::Targets;
+use crate::tiles::TilePass;
 use crate::{Gpu, Mode, RenderError, Settings, lens};
 
 /// Most pixels of a picture, and of the G-buffer behind it: a word each fits a storage
@@ -31,6 +32,7 @@ pub struct Renderer {
     mesh_pass: MeshPass,
     splat_pass: SplatPass,
     surface_pass: SurfacePass,
+    tile_pass: TilePass,
     shade_pass: ShadePass,
     mesh: MeshStore,
     points: PointStore,
@@ -54,6 +56,7 @@ impl Renderer {
             mesh_pass: MeshPass::new(gpu),
             splat_pass: SplatPass::new(gpu, &settings),
             surface_pass: SurfacePass::new(gpu),
+            tile_pass: TilePass::new(gpu),
             shade_pass: ShadePass::new(gpu),
             mesh: MeshStore::default(),
             points: PointStore::new(settings.splat_normals),
@@ -219,7 +222,8 @@ impl Renderer {
             })
             .collect();
         let (seen, photographs): (Vec<&Photograph>, Vec<Drawn>) = drawn.into_iter().unzip();
-        let (tiles, shares) = tiles::lists(view, &grid, &seen);
+        let tiles = self.tile_pass.lists(gpu, stages.encoder(), &seen, eye, targets);
+        stages.ended("tiles")?;
         let frame = shade::gpu_data::Frame {
             forward: camera.forward,
             focal: lens.focal[1],
@@ -231,8 +235,7 @@ impl Renderer {
         };
         let sources = shade::Sources {
             photographs: &photographs,
-            tiles: &tiles,
-            shares: &shares,
+            tiles: tiles.as_ref(),
             maps: &self.maps,
             atlas: &self.photographs.atlas,
         };
@@ -250,7 +253,7 @@ impl Renderer {
             points_drawn: points.points,
             points_refused: self.points.refused,
             images: self.photographs.len() as u64,
-            images_drawn: shares.iter().filter(|share| !share.is_empty()).count() as u64,
+            images_drawn: photographs.len() as u64,
             ..FrameStats::default()
         };
         let frame = Frame::from_coded(size, targets.read_picture(gpu)?, stats);

@@ -5,7 +5,7 @@ use std::mem::offset_of;
 
 use crate::settings::SplatNormals;
 use crate::splat::Route;
-use crate::{camera, depth_map, lens, mesh, photographs, shade, splat, surface};
+use crate::{camera, depth_map, lens, mesh, photographs, shade, splat, surface, tiles};
 
 fn sources() -> Vec<(&'static str, String)> {
     vec![
@@ -17,6 +17,7 @@ fn sources() -> Vec<(&'static str, String)> {
         ("fill", splat::FILL_WGSL.to_owned()),
         ("halve", photographs::atlas::HALVE_WGSL.to_owned()),
         ("surface", surface::wgsl()),
+        ("tiles", tiles::WGSL.to_owned()),
         ("choose", shade::choose_wgsl()),
         ("deferred", shade::deferred_wgsl()),
         ("compose", shade::compose_wgsl()),
@@ -106,7 +107,15 @@ fn mirrors_have_the_layout_of_their_shaders() {
         surface::gpu_data::View,
         [camera, lens, grid_columns, grid_step, padding]
     );
-    for source in [shade::colour_wgsl(), shade::compose_wgsl()] {
+    assert_mirrors!(tiles::WGSL, "Frame", tiles::gpu_data::Frame, [size, columns, tile_count]);
+    assert_mirrors!(tiles::WGSL, "Pyramid", tiles::gpu_data::Pyramid, [planes]);
+    assert_mirrors!(
+        tiles::WGSL,
+        "Draw",
+        tiles::gpu_data::Draw,
+        [vertex_count, instance_count, first_vertex, first_instance]
+    );
+    for source in [shade::deferred_wgsl(), shade::compose_wgsl()] {
         assert_mirrors!(
             source,
             "Frame",
@@ -115,7 +124,7 @@ fn mirrors_have_the_layout_of_their_shaders() {
         );
     }
     assert_mirrors!(
-        shade::colour_wgsl(),
+        shade::deferred_wgsl(),
         "Photograph",
         shade::photograph::gpu_data::Photograph,
         [

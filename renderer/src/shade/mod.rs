@@ -7,7 +7,6 @@
 //! than the extra passes. Last, the sums become a picture.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::PoisonError;
 
@@ -18,13 +17,13 @@ use crate::photographs::atlas::Atlas;
 use crate::screen::{ScreenPass, screen_pass};
 use crate::surface::PLACE_WGSL;
 use crate::targets::Targets;
+use crate::tiles::TileLists;
 use crate::{Gpu, depth_map, lens, octahedral};
 
 pub(crate) mod photograph;
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
-pub(crate) mod tiles;
 
 use photograph::Drawn;
 use photograph::gpu_data::Photograph;
@@ -113,9 +112,8 @@ struct Pipelines {
 pub(crate) struct Sources<'a> {
     /// Ordered by rig.
     pub(crate) photographs: &'a [Drawn],
-    /// Tiles of the picture, and each photograph's share of them.
-    pub(crate) tiles: &'a [[u32; 2]],
-    pub(crate) shares: &'a [Range<u32>],
+    /// Where each is drawn; `None` where there is none.
+    pub(crate) tiles: Option<&'a TileLists>,
     pub(crate) maps: &'a DepthMaps,
     pub(crate) atlas: &'a Atlas,
 }
@@ -168,11 +166,6 @@ impl ShadePass {
         targets: &Targets,
     ) {
         let groups = self.bind_groups(gpu, frame, sources, targets);
-        let tiles = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("tiles"),
-            contents: bytemuck::cast_slice(sources.tiles),
-            usage: wgpu::BufferUsages::VERTEX,
-        });
         let pipelines = self.pipelines(gpu, sources.photographs);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("photographs"),
@@ -198,9 +191,7 @@ impl ShadePass {
             }),
             ..Default::default()
         });
-        if sources.tiles.is_empty() {
-            return;
-        }
+        let Some(tiles) = sources.tiles else { return };
         let numbered: Vec<(u32, &Drawn)> = (0..).zip(sources.photographs).collect();
         for rig in numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig) {
             if rig[0].0 > 0 {
@@ -209,10 +200,8 @@ impl ShadePass {
                 pass.draw(0..3, 0..1);
             }
             pass.set_bind_group(0, &groups.frame, &[]);
-            pass.set_vertex_buffer(0, tiles.slice(..));
             for colours in [false, true] {
                 for ((index, drawn), reference) in rig.iter().zip(1..=MAX_CAMERAS) {
-                    let Some(share) = sources.shares.get(*index as usize) else { continue };
                     let Some(both) = pipelines.get(&drawn.data.lens.model) else { continue };
                     pass.set_pipeline(if colours { &both.colour } else { &both.choose });
                     pass.set_bind_group(
@@ -224,7 +213,7 @@ impl ShadePass {
                         pass.set_bind_group(2, &groups.atlases[drawn.atlas], &[]);
                     }
                     pass.set_stencil_reference(reference);
-                    pass.draw(0..6, share.clone());
+                    tiles.draw(&mut pass, *index);
                 }
             }
         }
@@ -268,9 +257,9 @@ impl ShadePass {
             })
         };
         let tile = wgpu::VertexBufferLayout {
-            array_stride: 8,
+            array_stride: 4,
             step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &wgpu::vertex_attr_array![0 => Uint32x2],
+            attributes: &wgpu::vertex_attr_array![0 => Uint32],
         };
         let tiles = [Some(tile)];
         let choose = layout("choose", &[Some(frame), Some(photograph)]);
@@ -459,7 +448,10 @@ fn pipeline(
             compilation_options: compilation_options.clone(),
             buffers: kind.buffers,
         },
-        primitive: wgpu::PrimitiveState::default(),
+        primitive: wgpu::PrimitiveState {
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            ..Default::default()
+        },
         depth_stencil: Some(depth_stencil),
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {

@@ -60,8 +60,8 @@ struct Projected {
     border: f32,
 }
 
-// Pixels a side of a tile, see shade/tiles.rs.
-const TILE: f32 = 64.0;
+// Pixels a side of a tile, see tiles/mod.rs.
+const TILE: u32 = 32u;
 // Metres. Nothing nearer to a photograph's eye plane is looked up in it.
 const NEAREST_DEPTH_M: f32 = 0.05;
 
@@ -72,16 +72,11 @@ override LENS_MODEL: u32 = 0u;
 @group(0) @binding(1) var positions: texture_2d<u32>;
 @group(1) @binding(0) var<uniform> photograph: Photograph;
 
-// One instance a tile: its column and row.
+// One instance a tile: its column in the low half, its row in the high. A strip of its corners.
 @vertex
-fn vs(
-    @builtin(vertex_index) index: u32,
-    @location(0) tile: vec2<u32>,
-) -> @builtin(position) vec4<f32> {
-    // Two triangles: corners 0 1 2, 2 1 3.
-    let corner = select(index, 6u - index, index > 2u);
-    let pixel = (vec2<f32>(tile) + vec2<f32>(vec2(corner & 1u, corner >> 1u))) * TILE;
-    let ndc = 2.0 * min(pixel, frame.size) / frame.size - 1.0;
+fn vs(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> @builtin(position) vec4<f32> {
+    let cell = vec2((tile & 0xffffu) + (index & 1u), (tile >> 16u) + (index >> 1u));
+    let ndc = 2.0 * min(vec2<f32>(cell * TILE), frame.size) / frame.size - 1.0;
     return vec4(ndc.x, -ndc.y, 0.0, 1.0);
 }
 

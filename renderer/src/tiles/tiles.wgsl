@@ -1,0 +1,91 @@
+// Which tiles of the picture a photograph can see something of: the box around the places that a
+// tile shows, and then each photograph's pyramid against it. Mirrors `gpu_data` in tiles/mod.rs.
+
+struct Frame {
+    size: vec2<u32>,
+    columns: u32,
+    tile_count: u32,
+}
+
+// The pyramid of a photograph: a place p, relative to the eye, is inside where
+// dot(plane.xyz, p) + plane.w >= 0 for all.
+struct Pyramid {
+    planes: array<vec4<f32>, 5>,
+}
+
+// Arguments of an indirect draw.
+struct Draw {
+    vertex_count: u32,
+    instance_count: atomic<u32>,
+    first_vertex: u32,
+    first_instance: u32,
+}
+
+const TILE: u32 = 32u;
+const NOTHING: f32 = 1e30;
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var positions: texture_2d<u32>;
+// Lowest and highest corner of each tile's places.
+@group(0) @binding(2) var<storage, read_write> boxes: array<array<vec4<f32>, 2>>;
+@group(0) @binding(3) var<storage, read> pyramids: array<Pyramid>;
+@group(0) @binding(4) var<storage, read_write> draws: array<Draw>;
+// For each photograph room for all tiles: column in the low half of a word, row in the high.
+@group(0) @binding(5) var<storage, read_write> lists: array<u32>;
+
+var<workgroup> lows: array<vec3<f32>, 32>;
+var<workgroup> highs: array<vec3<f32>, 32>;
+
+// One workgroup a tile, one thread a column of it.
+@compute @workgroup_size(32)
+fn bound(
+    @builtin(workgroup_id) tile: vec3<u32>,
+    @builtin(local_invocation_index) column: u32,
+) {
+    var low = vec3(NOTHING);
+    var high = vec3(-NOTHING);
+    let x = tile.x * TILE + column;
+    let rows = min(TILE, frame.size.y - tile.y * TILE);
+    for (var row = 0u; row < rows; row++) {
+        // Beyond the right border this reads zeros: nothing.
+        let record = textureLoad(positions, vec2(x, tile.y * TILE + row), 0);
+        if record.w != 0u && x < frame.size.x {
+            let p = bitcast<vec3<f32>>(record.xyz);
+            low = min(low, p);
+            high = max(high, p);
+        }
+    }
+    lows[column] = low;
+    highs[column] = high;
+    workgroupBarrier();
+    if column == 0u {
+        for (var other = 1u; other < TILE; other++) {
+            low = min(low, lows[other]);
+            high = max(high, highs[other]);
+        }
+        let index = tile.y * frame.columns + tile.x;
+        boxes[index][0] = vec4(low, 0.0);
+        boxes[index][1] = vec4(high, 0.0);
+    }
+}
+
+// One thread a tile, one row of workgroups a photograph.
+@compute @workgroup_size(64)
+fn list(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= frame.tile_count {
+        return;
+    }
+    let low = boxes[id.x][0].xyz;
+    let high = boxes[id.x][1].xyz;
+    var meets = low.x <= high.x;
+    for (var i = 0u; i < 5u; i++) {
+        let plane = pyramids[id.y].planes[i];
+        let farthest = select(low, high, plane.xyz > vec3(0.0));
+        meets = meets && dot(plane.xyz, farthest) + plane.w >= 0.0;
+    }
+    if meets {
+        let at = atomicAdd(&draws[id.y].instance_count, 1u);
+        let tile = (id.x % frame.columns) | ((id.x / frame.columns) << 16u);
+        lists[id.y * frame.tile_count + at] = tile;
+    }
+}
