@@ -6,6 +6,7 @@ extern crate self as flaneur_renderer;
 mod camera;
 mod depth_map;
 mod error;
+mod forward;
 mod frame;
 mod frustum;
 mod gpu;
@@ -33,8 +34,9 @@ mod tiles;
 mod tolerances;
 
 pub use error::RenderError;
+pub use forward::memory::TexturingMemory;
 pub use frame::{Frame, FrameStats, Surface};
 pub use gpu::Gpu;
 pub use renderer::Renderer;
-pub use settings::{Mode, Settings, SplatNormals, SplatRoute};
+pub use settings::{Mode, Settings, SplatNormals, SplatRoute, Texturing};
 pub use stages::PassTime;

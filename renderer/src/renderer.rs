@@ -5,12 +5,13 @@ use glam::UVec2;
 
 use crate::camera::gpu_data::Camera;
 use crate::depth_map::{DepthMaps, Sources};
+use crate::forward::{ForwardPass, Indices};
 use crate::frame::{Frame, FrameStats};
 use crate::frustum::Frustum;
 use crate::mesh::{MeshPass, MeshStore};
 use crate::photographs::{Photograph, PhotographStore, camera_fault};
 use crate::pinhole::Pinhole;
-use crate::points::{DrawList, PointStore};
+use crate::points::{BLOCK_POINTS, DrawList, PointStore};
 use crate::shade::photograph::{Drawn, mark};
 use crate::shade::{self, ShadePass};
 use crate::splat::{SplatPass, ViewTarget};
@@ -18,7 +19,7 @@ use crate::stages::{PassTime, Stages};
 use crate::surface::{self, SurfacePass};
 use crate::targets::Targets;
 use crate::tiles::TilePass;
-use crate::{Gpu, Mode, RenderError, Settings, lens};
+use crate::{Gpu, Mode, RenderError, Settings, Texturing, lens};
 
 /// Most pixels of a picture, and of the G-buffer behind it: a word each fits a storage
 /// binding of 128 MiB.
@@ -34,6 +35,7 @@ pub struct Renderer {
     surface_pass: SurfacePass,
     tile_pass: TilePass,
     shade_pass: ShadePass,
+    forward_pass: Option<ForwardPass>,
     mesh: MeshStore,
     points: PointStore,
     photographs: PhotographStore,
@@ -58,6 +60,7 @@ impl Renderer {
             surface_pass: SurfacePass::new(gpu),
             tile_pass: TilePass::new(gpu),
             shade_pass: ShadePass::new(gpu),
+            forward_pass: ForwardPass::new(gpu, settings.texturing),
             mesh: MeshStore::default(),
             points: PointStore::new(settings.splat_normals),
             photographs: PhotographStore::new(gpu),
@@ -213,6 +216,16 @@ impl Renderer {
         self.surface_pass.draw(gpu, stages.encoder(), &surface_view, &grid, targets);
         stages.ended("surface")?;
 
+        let (words, stride) = targets.nearest_points.indices();
+        let indices =
+            Indices { words, stride, end: points.blocks.len() as u64 * BLOCK_POINTS as u64 };
+        let sprites = self.forward_pass.as_mut().and_then(|pass| {
+            pass.gather(gpu, stages.encoder(), &camera, distorted, indices, targets)
+        });
+        if self.settings.texturing != Texturing::Deferred {
+            stages.ended("sprites")?;
+        }
+
         let drawn: Vec<(&Photograph, Drawn)> = selected
             .iter()
             .filter_map(|(id, photograph, standing)| {
@@ -238,6 +251,7 @@ impl Renderer {
             tiles: tiles.as_ref(),
             maps: &self.maps,
             atlas: &self.photographs.atlas,
+            sprites: sprites.as_ref(),
         };
         self.shade_pass.draw_photographs(gpu, stages.encoder(), &frame, sources, targets);
         stages.ended("photographs")?;

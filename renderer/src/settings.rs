@@ -12,6 +12,8 @@ pub struct Settings {
     pub depth_test: bool,
     /// Whether points refine depth maps. Without, those are of the mesh alone.
     pub refine_by_points: bool,
+    /// How points are textured.
+    pub texturing: Texturing,
     /// Radius of a splat as a share of the distance between points. A square grid closes
     /// up from 0.71.
     pub splat_scale: f32,
@@ -51,6 +53,24 @@ pub enum SplatRoute {
     Atomic64,
     /// By atomics of 32 bits, in two phases.
     Atomic32,
+}
+
+/// How the photographs' pixels are found for the points that a picture shows. The pictures are
+/// the same; time and memory are not.
+///
+/// The two forward ways hold for views without distortion that are not orthographic; other views
+/// are textured by the deferred way, as are meshes always.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Texturing {
+    /// The position of every pixel is projected.
+    #[default]
+    Deferred,
+    /// A homography for each point and photograph, from the vertex stage, takes every pixel of
+    /// the point's sprite to the photograph.
+    Homography,
+    /// The corners of each point's sprite are projected, and their homogeneous coordinates
+    /// interpolated.
+    Barycentric,
 }
 
 /// What of a scene a picture shows, and how.
@@ -95,6 +115,7 @@ impl Default for Settings {
             depth_map_side: 512,
             depth_test: true,
             refine_by_points: true,
+            texturing: Texturing::Deferred,
             splat_scale: 0.75,
             max_splat_radius_m: 0.25,
             splat_normals: SplatNormals::Eye,

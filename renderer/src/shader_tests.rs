@@ -5,7 +5,9 @@ use std::mem::offset_of;
 
 use crate::settings::SplatNormals;
 use crate::splat::Route;
-use crate::{camera, depth_map, lens, mesh, photographs, shade, splat, surface, tiles};
+use crate::{
+    Texturing, camera, depth_map, forward, lens, mesh, photographs, shade, splat, surface, tiles,
+};
 
 fn sources() -> Vec<(&'static str, String)> {
     vec![
@@ -21,11 +23,18 @@ fn sources() -> Vec<(&'static str, String)> {
         ("choose", shade::choose_wgsl()),
         ("deferred", shade::deferred_wgsl()),
         ("compose", shade::compose_wgsl()),
+        ("gather", forward::gather_wgsl()),
+        ("homography", sprites_wgsl(Texturing::Homography)),
+        ("barycentric", sprites_wgsl(Texturing::Barycentric)),
         ("forget", shade::FORGET_WGSL.to_owned()),
         ("lens", lens::WGSL.to_owned()),
         ("depth_map", depth_map::WGSL.to_owned()),
         ("blend", shade::BLEND_WGSL.to_owned()),
     ]
+}
+
+fn sprites_wgsl(texturing: Texturing) -> String {
+    forward::sprites_wgsl(texturing).expect("a forward way")
 }
 
 #[test]
@@ -107,6 +116,14 @@ fn mirrors_have_the_layout_of_their_shaders() {
         surface::gpu_data::View,
         [camera, lens, grid_columns, grid_step, padding]
     );
+    for source in [forward::gather_wgsl(), sprites_wgsl(Texturing::Homography)] {
+        assert_mirrors!(
+            source,
+            "View",
+            forward::gpu_data::View,
+            [camera, index_stride, padding_0, padding_1, padding_2]
+        );
+    }
     assert_mirrors!(tiles::WGSL, "Frame", tiles::gpu_data::Frame, [size, columns, tile_count]);
     assert_mirrors!(tiles::WGSL, "Pyramid", tiles::gpu_data::Pyramid, [planes]);
     assert_mirrors!(

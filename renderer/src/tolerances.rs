@@ -61,3 +61,15 @@ pub const FRAME_ALIKE_SHARE: f64 = 0.999;
 /// The same difference, for 99 % of the pixels, where coarser levels of the photographs are
 /// looked up: those were decoded and encoded once more each.
 pub const FRAME_MINIFIED_255: f64 = 2.0;
+
+/// Where a homography finds a pixel of the photograph, against where projection does, in pixels:
+/// well below what filtering between texels can show. f32 keeps 1e-3 pixels, and a plane seen at
+/// 84° multiplies that by ten.
+pub const HOMOGRAPHY_PX: f64 = 0.01;
+
+/// Colour of a pixel that is textured by a homography, or between corners, against that of the
+/// projected position, in 255ths.
+pub const TEXTURING_255: f64 = 1.0;
+
+/// Share of pixels that may exceed it: where the depth test is decided by rounding.
+pub const TEXTURING_WRONG_SHARE: f64 = 1e-3;

@@ -13,12 +13,13 @@ use std::sync::PoisonError;
 use wgpu::util::DeviceExt as _;
 
 use crate::depth_map::DepthMaps;
+use crate::forward::Sprites;
 use crate::photographs::atlas::Atlas;
 use crate::screen::{ScreenPass, screen_pass};
 use crate::surface::PLACE_WGSL;
 use crate::targets::Targets;
 use crate::tiles::TileLists;
-use crate::{Gpu, depth_map, lens, octahedral};
+use crate::{Gpu, Texturing, depth_map, lens, octahedral};
 
 pub(crate) mod photograph;
 pub(crate) mod reference;
@@ -90,8 +91,8 @@ pub(crate) struct ShadePass {
     compose: ScreenPass,
     filtering: wgpu::Sampler,
     blend_format: wgpu::TextureFormat,
-    /// One pair a lens model, made when first needed.
-    pipelines: Mutex<BTreeMap<u32, Pipelines>>,
+    /// Those of a lens model and a way of texturing, made when first needed.
+    pipelines: Mutex<BTreeMap<(u32, Texturing), Pipelines>>,
 }
 
 #[derive(Debug)]
@@ -105,6 +106,7 @@ struct Layouts {
 struct Pipelines {
     choose: wgpu::RenderPipeline,
     colour: wgpu::RenderPipeline,
+    sprites: Option<wgpu::RenderPipeline>,
 }
 
 /// What a frame's photographs are drawn with.
@@ -116,6 +118,8 @@ pub(crate) struct Sources<'a> {
     pub(crate) tiles: Option<&'a TileLists>,
     pub(crate) maps: &'a DepthMaps,
     pub(crate) atlas: &'a Atlas,
+    /// The points, where they are not textured as the rest is.
+    pub(crate) sprites: Option<&'a Sprites<'a>>,
 }
 
 impl ShadePass {
@@ -134,7 +138,7 @@ impl ShadePass {
             colour: module("colour", deferred_wgsl()),
             forget: pipeline(
                 gpu,
-                PipelineKind { label: "forget", layout: None, buffers: &[], module: &forget },
+                PipelineKind { label: "forget", ..PipelineKind::of(&forget) },
                 &[],
                 wgpu::ColorTargetState {
                     format: blend_format,
@@ -166,7 +170,8 @@ impl ShadePass {
         targets: &Targets,
     ) {
         let groups = self.bind_groups(gpu, frame, sources, targets);
-        let pipelines = self.pipelines(gpu, sources.photographs);
+        let texturing = sources.sprites.map_or(Texturing::Deferred, |sprites| sprites.texturing);
+        let pipelines = self.pipelines(gpu, sources);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("photographs"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -202,8 +207,9 @@ impl ShadePass {
             pass.set_bind_group(0, &groups.frame, &[]);
             for colours in [false, true] {
                 for ((index, drawn), reference) in rig.iter().zip(1..=MAX_CAMERAS) {
-                    let Some(both) = pipelines.get(&drawn.data.lens.model) else { continue };
-                    pass.set_pipeline(if colours { &both.colour } else { &both.choose });
+                    let key = (drawn.data.lens.model, texturing);
+                    let Some(all) = pipelines.get(&key) else { continue };
+                    pass.set_pipeline(if colours { &all.colour } else { &all.choose });
                     pass.set_bind_group(
                         1,
                         &groups.photographs,
@@ -214,6 +220,12 @@ impl ShadePass {
                     }
                     pass.set_stencil_reference(reference);
                     tiles.draw(&mut pass, *index);
+                    let sprites = sources.sprites.zip(all.sprites.as_ref());
+                    if let (true, Some((sprites, pipeline))) = (colours, sprites) {
+                        pass.set_pipeline(pipeline);
+                        pass.set_bind_group(3, &sprites.group, &[]);
+                        pass.draw_indirect(&sprites.arguments, 0);
+                    }
                 }
             }
         }
@@ -237,17 +249,21 @@ impl ShadePass {
         self.compose.draw(gpu, encoder, bindings, &[&targets.picture_view()]);
     }
 
-    fn pipelines(&self, gpu: &Gpu, photographs: &[Drawn]) -> BTreeMap<u32, Pipelines> {
+    fn pipelines(&self, gpu: &Gpu, sources: Sources<'_>) -> BTreeMap<(u32, Texturing), Pipelines> {
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        for drawn in photographs {
+        for drawn in sources.photographs {
             let model = drawn.data.lens.model;
-            pipelines.entry(model).or_insert_with(|| self.pipelines_of(gpu, model));
+            let texturing = sources.sprites.map_or(Texturing::Deferred, |s| s.texturing);
+            pipelines
+                .entry((model, texturing))
+                .or_insert_with(|| self.pipelines_of(gpu, model, sources.sprites));
         }
         pipelines.clone()
     }
 
-    fn pipelines_of(&self, gpu: &Gpu, lens_model: u32) -> Pipelines {
-        let constants = [("LENS_MODEL", f64::from(lens_model))];
+    fn pipelines_of(&self, gpu: &Gpu, lens_model: u32, sprites: Option<&Sprites<'_>>) -> Pipelines {
+        let lens = ("LENS_MODEL", f64::from(lens_model));
+        let points_apart = ("POINTS_APART", f64::from(u8::from(sprites.is_some())));
         let Layouts { frame, photograph, atlas } = &self.layouts;
         let layout = |label, groups: &[Option<&wgpu::BindGroupLayout>]| {
             gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -264,22 +280,39 @@ impl ShadePass {
         let tiles = [Some(tile)];
         let choose = layout("choose", &[Some(frame), Some(photograph)]);
         let colour = layout("colour", &[Some(frame), Some(photograph), Some(atlas)]);
-        let add = wgpu::BlendComponent {
-            src_factor: wgpu::BlendFactor::One,
-            dst_factor: wgpu::BlendFactor::One,
-            operation: wgpu::BlendOperation::Add,
+        let chosen = wgpu::StencilFaceState {
+            compare: wgpu::CompareFunction::Equal,
+            ..wgpu::StencilFaceState::IGNORE
+        };
+        let adding = |kind: PipelineKind<'_>, constants: &[(&str, f64)]| {
+            let add = wgpu::BlendComponent {
+                src_factor: wgpu::BlendFactor::One,
+                dst_factor: wgpu::BlendFactor::One,
+                operation: wgpu::BlendOperation::Add,
+            };
+            pipeline(
+                gpu,
+                kind,
+                constants,
+                wgpu::ColorTargetState {
+                    format: self.blend_format,
+                    blend: Some(wgpu::BlendState { color: add, alpha: add }),
+                    write_mask: wgpu::ColorWrites::ALL,
+                },
+                depth_stencil(false, wgpu::CompareFunction::Always, chosen),
+            )
         };
         let kind = |label, layout, module| PipelineKind {
             label,
             layout: Some(layout),
             buffers: &tiles,
-            module,
+            ..PipelineKind::of(module)
         };
         Pipelines {
             choose: pipeline(
                 gpu,
                 kind("choose", &choose, &self.choose),
-                &constants,
+                &[lens],
                 wgpu::ColorTargetState {
                     format: self.blend_format,
                     blend: None,
@@ -287,24 +320,17 @@ impl ShadePass {
                 },
                 depth_stencil(true, wgpu::CompareFunction::Greater, replace_always()),
             ),
-            colour: pipeline(
-                gpu,
-                kind("colour", &colour, &self.colour),
-                &constants,
-                wgpu::ColorTargetState {
-                    format: self.blend_format,
-                    blend: Some(wgpu::BlendState { color: add, alpha: add }),
-                    write_mask: wgpu::ColorWrites::ALL,
-                },
-                depth_stencil(
-                    false,
-                    wgpu::CompareFunction::Always,
-                    wgpu::StencilFaceState {
-                        compare: wgpu::CompareFunction::Equal,
-                        ..wgpu::StencilFaceState::IGNORE
-                    },
-                ),
-            ),
+            colour: adding(kind("colour", &colour, &self.colour), &[lens, points_apart]),
+            sprites: sprites.map(|sprites| {
+                let groups = [frame, photograph, atlas, sprites.layout].map(Some);
+                let kind = PipelineKind {
+                    label: "sprites",
+                    layout: Some(&layout("sprites", &groups)),
+                    entry_points: ["sprite_vs", "sprite_fs"],
+                    ..PipelineKind::of(sprites.module)
+                };
+                adding(kind, &[lens])
+            }),
         }
     }
 
@@ -424,11 +450,20 @@ impl Layouts {
     }
 }
 
+#[derive(Clone, Copy)]
 struct PipelineKind<'a> {
     label: &'static str,
     layout: Option<&'a wgpu::PipelineLayout>,
     buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
     module: &'a wgpu::ShaderModule,
+    /// Of vertices and of fragments.
+    entry_points: [&'static str; 2],
+}
+
+impl<'a> PipelineKind<'a> {
+    fn of(module: &'a wgpu::ShaderModule) -> Self {
+        Self { label: "", layout: None, buffers: &[], module, entry_points: ["vs", "fs"] }
+    }
 }
 
 fn pipeline(
@@ -444,7 +479,7 @@ fn pipeline(
         layout: kind.layout,
         vertex: wgpu::VertexState {
             module: kind.module,
-            entry_point: Some("vs"),
+            entry_point: Some(kind.entry_points[0]),
             compilation_options: compilation_options.clone(),
             buffers: kind.buffers,
         },
@@ -456,7 +491,7 @@ fn pipeline(
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
             module: kind.module,
-            entry_point: Some("fs"),
+            entry_point: Some(kind.entry_points[1]),
             compilation_options,
             targets: &[Some(target)],
         }),

@@ -51,7 +51,7 @@ impl Nearest {
     }
 
     /// Words among which every so many is an index, beginning with the first.
-    pub(super) fn indices(&self) -> (wgpu::BufferBinding<'_>, u32) {
+    pub(crate) fn indices(&self) -> (wgpu::BufferBinding<'_>, u32) {
         match self.route {
             // The lower half of a word of 64 bits comes first.
             Route::Atomic64 => (self.part(0, 8 * self.pixels), 2),

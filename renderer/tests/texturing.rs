@@ -1,0 +1,137 @@
+//! The ways to texture points give the same picture.
+
+mod common;
+
+use common::*;
+use flaneur_renderer::{Frame, Mode, Settings, Surface, Texturing};
+use flaneur_scene::{Distortion, Intrinsics, Lens, SceneUpdate, View};
+use glam::{DVec3, UVec2};
+use tolerances::{HOMOGRAPHY_PX, TEXTURING_255, TEXTURING_WRONG_SHARE};
+
+const SIZE: UVec2 = UVec2::new(320, 240);
+const PHOTO: UVec2 = UVec2::new(640, 480);
+const FORWARD: [Texturing; 2] = [Texturing::Homography, Texturing::Barycentric];
+
+fn view(origin: DVec3) -> View {
+    View { camera: camera(origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE) }
+}
+
+/// Points on everything; the mesh is the wall, which gives the points on it its plane.
+fn scene(street: &Street) -> Vec<SceneUpdate> {
+    let lens = Lens {
+        size: PHOTO,
+        intrinsics: Intrinsics { fx: 400.0, fy: 410.0, cx: 311.0, cy: 250.0 },
+        distortion: Distortion::Brown { k: [0.05, 0.01, 0.0], p: [0.001, -0.002] },
+    };
+    let at = |place, heading| camera(street.origin, place, heading, 5.0, 70.0, PHOTO);
+    vec![
+        image_update(street.photograph("a/east", at([-1.0, -3.0, 2.0], 80.0))),
+        image_update(street.photograph("b/east", with_lens(at([-0.5, 4.0, 2.2], 100.0), lens))),
+        image_update(street.photograph("b/north", at([-0.5, 4.0, 2.2], 20.0))),
+        mesh_update(street.mesh(&[0], 0.1)),
+        points_update(street.points(&[0, 1, 2, 3], 0.07)),
+    ]
+}
+
+/// On a small square of ground: what is near enough to be seen.
+fn street() -> Street {
+    let street = Street::with_pole(DVec3::new(651_187.0, 6_861_353.0, 42.0));
+    Street { ground_m: 14.0, ..street }
+}
+
+fn frame(street: &Street, texturing: Texturing, view: &View, mode: Mode) -> Frame {
+    let settings = Settings { texturing, ..Settings::default() };
+    renderer(settings, scene(street)).render_as(view, mode).expect("a frame")
+}
+
+fn is_point(surface: Surface) -> bool {
+    matches!(surface, Surface::PointColoured | Surface::PointUncoloured)
+}
+
+/// Share of the pixels that show points whose colour differs.
+fn wrong_share(a: &Frame, b: &Frame) -> (usize, f64) {
+    let (mut points, mut wrong) = (0, 0);
+    for (i, (a_surface, b_surface)) in a.surfaces.iter().zip(&b.surfaces).enumerate() {
+        let off = (pixel(a, i) - pixel(b, i)).abs().max_element();
+        if is_point(*a_surface) {
+            points += 1;
+            wrong += usize::from(off > TEXTURING_255 || a_surface != b_surface);
+        } else {
+            assert_eq!(off, 0.0, "pixel {i} shows no point");
+        }
+    }
+    (points, wrong as f64 / points as f64)
+}
+
+fn pixel(frame: &Frame, index: usize) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|c| f64::from(frame.rgba[4 * index + c])))
+}
+
+#[test]
+fn all_ways_give_the_same_picture() {
+    let street = street();
+    let view = view(street.origin);
+    for mode in [Mode::Hybrid, Mode::Points] {
+        let deferred = frame(&street, Texturing::Deferred, &view, mode);
+        keep(&deferred, &format!("texturing-deferred-{mode:?}"));
+        for texturing in FORWARD {
+            let forward = frame(&street, texturing, &view, mode);
+            keep(&forward, &format!("texturing-{texturing:?}-{mode:?}"));
+            let (points, wrong) = wrong_share(&deferred, &forward);
+            println!("{texturing:?}, {mode:?}: {wrong:.6} of {points} pixels differ");
+            assert!(points > 40_000 && wrong < TEXTURING_WRONG_SHARE, "{points} {wrong}");
+        }
+    }
+}
+
+/// Columns of the photograph alternate in red and rows in green, so that between two centres of
+/// texels linear colour is a ruler: it tells the pixel that was looked up.
+#[test]
+fn pixels_of_a_photograph_are_found_within_a_hundredth() {
+    let street = street();
+    let photo_camera = camera(street.origin, [-1.0, -3.0, 2.0], 80.0, 5.0, 70.0, PHOTO);
+    let mut ruler = street.photograph("a/east", photo_camera);
+    ruler.rgba = (0..PHOTO.y)
+        .flat_map(|y| (0..PHOTO.x).flat_map(move |x| [255 * (x % 2), 255 * (y % 2), 0, 255]))
+        .map(|byte| byte as u8)
+        .collect();
+    // So narrow that its pixels are smaller than the photograph's, which keeps level 0.
+    let view = View { camera: camera(street.origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 28.0, SIZE) };
+    let frames = [Texturing::Deferred, Texturing::Homography, Texturing::Barycentric].map(|way| {
+        let mut renderer = renderer(Settings { texturing: way, ..Settings::default() }, Vec::new());
+        for update in [
+            image_update(ruler.clone()),
+            mesh_update(street.mesh(&[0], 0.1)),
+            points_update(street.points(&[0, 1, 2, 3], 0.07)),
+        ] {
+            renderer.apply(update).expect("a good update");
+        }
+        renderer.render(&view).expect("a frame")
+    });
+    let [deferred, forward @ ..] = &frames;
+    for frame in forward {
+        let (mut compared, mut worst, mut wrong) = (0, 0.0f64, 0);
+        for i in 0..deferred.surfaces.len() {
+            if deferred.surfaces[i] != Surface::PointColoured {
+                continue;
+            }
+            let [expected, found] = [deferred, frame].map(|frame| pixel(frame, i) / 255.0);
+            for channel in 0..2 {
+                // Where a byte of the picture is at most 0.0024 pixels of the photograph.
+                let at = linear_from_srgb(expected[channel]);
+                if (0.002..0.1).contains(&at) {
+                    let off = (linear_from_srgb(found[channel]) - at).abs();
+                    compared += 1;
+                    worst = worst.max(off);
+                    wrong += usize::from(off > HOMOGRAPHY_PX);
+                }
+            }
+        }
+        println!("{compared} compared, worst {worst:.5} px, {wrong} beyond");
+        assert!(compared > 5000 && wrong == 0, "{wrong} of {compared}, worst {worst} px");
+    }
+}
+
+fn linear_from_srgb(c: f64) -> f64 {
+    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
