@@ -69,6 +69,17 @@ impl Renderer {
         }
     }
 
+    /// Renders with other settings from now on; `false`, and no change, unless they
+    /// [`Settings::differ_by_frame_only`] from those that it was made with.
+    pub fn set_settings(&mut self, settings: Settings) -> bool {
+        let settings = settings.in_range();
+        let possible = self.settings.differ_by_frame_only(&settings);
+        if possible {
+            self.settings = settings;
+        }
+        possible
+    }
+
     /// Changes what is resident. Dropping what is not there is no error.
     ///
     /// Triangles and points that are not finite are left out; the points are counted in

@@ -101,6 +101,15 @@ fn without_the_depth_test_or_its_refinement_the_pole_is_smeared() {
     let whole = wrong(Settings::default());
     let blind = wrong(Settings { depth_test: false, ..Settings::default() });
     let coarse = wrong(Settings { refine_by_points: false, ..Settings::default() });
+    // Between two frames, too, what is decided anew for each frame can change, and no more.
+    let mut changing = renderer(Settings::default(), updates.clone());
+    let mut render = |settings, possible| {
+        assert_eq!(changing.set_settings(settings), possible, "{settings:?}");
+        street.likeness(&changing.render(&view).expect("a frame"), &view.camera, 4).wrong
+    };
+    assert_eq!(render(Settings { depth_test: false, ..Settings::default() }, true), blind);
+    assert_eq!(render(Settings { refine_by_points: false, ..Settings::default() }, false), blind);
+    assert_eq!(render(Settings::default(), true), whole);
     println!("wrong pixels: {whole:.4}, without refinement {coarse:.4}, without test {blind:.4}");
     assert!(whole < 0.004 && coarse > 0.01 && blind >= coarse, "{whole} {coarse} {blind}");
 }
