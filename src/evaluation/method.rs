@@ -1,6 +1,6 @@
 //! The ways to make a picture that are compared: one line each.
 
-use flaneur_renderer::Settings;
+use flaneur_renderer::{Settings, SplatNormals};
 use flaneur_scene::SceneUpdate;
 
 /// A way to make the picture that a held-out photograph would show.
@@ -30,7 +30,7 @@ pub(crate) enum Making {
     },
 }
 
-/// Every method; the whole renderer first, then each of its switches off in turn.
+/// Every method; after the whole renderer, that with one setting changed at a time.
 pub(crate) static METHODS: &[Method] =
     &[
         Method { name: "nearest", about: "The nearest source, unwarped", making: Making::Nearest },
@@ -49,16 +49,21 @@ pub(crate) static METHODS: &[Method] =
             about: "The whole renderer",
             making: Making::Rendered { mesh: true, points: true, settings: |whole| whole },
         },
-        without("hybrid-without-depth-test", "Photographs go through everything", |whole| {
+        changed(
+            "hybrid-with-normals",
+            "Points lie on the planes of normals estimated from their neighbours",
+            |whole| Settings { splat_normals: SplatNormals::Estimated, ..whole },
+        ),
+        changed("hybrid-without-depth-test", "Photographs go through everything", |whole| {
             Settings { depth_test: false, ..whole }
         }),
-        without("hybrid-without-refinement", "Depth maps are of the mesh alone", |whole| {
+        changed("hybrid-without-refinement", "Depth maps are of the mesh alone", |whole| {
             Settings { refine_by_points: false, ..whole }
         }),
     ];
 
-/// The whole renderer with one of its switches off.
-const fn without(
+/// The whole renderer with one of its settings changed.
+const fn changed(
     name: &'static str,
     about: &'static str,
     settings: fn(Settings) -> Settings,
@@ -74,6 +79,26 @@ impl Method {
 }
 
 impl Making {
+    /// The settings of its renderer, from those of the whole renderer; `None` where it has none.
+    pub(crate) fn settings(&self, whole: Settings) -> Option<Settings> {
+        match self {
+            Self::Nearest => None,
+            Self::Rendered { settings, .. } => Some(settings(whole)),
+        }
+    }
+
+    /// Whether both give a renderer the same geometry.
+    pub(crate) fn takes_as(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Nearest, Self::Nearest) => true,
+            (
+                Self::Rendered { mesh: a, points: c, .. },
+                Self::Rendered { mesh: b, points: d, .. },
+            ) => (a, c) == (b, d),
+            _ => false,
+        }
+    }
+
     /// Whether `update` is for this method's renderer.
     pub(crate) fn takes(&self, update: &SceneUpdate) -> bool {
         match (self, update) {
@@ -102,14 +127,14 @@ mod tests {
         assert!(Method::named("x").is_none());
     }
 
-    /// A switch that changes nothing would be reported as having no effect.
+    /// A change of nothing would be reported as having no effect.
     #[test]
-    fn a_switch_that_is_off_changes_the_settings() {
+    fn what_is_changed_differs_from_the_whole() {
         let whole = Settings::default();
         for method in METHODS {
             if let Making::Rendered { settings, .. } = method.making {
-                let is_switch = method.name.starts_with("hybrid-without-");
-                assert_eq!(settings(whole) != whole, is_switch, "{}", method.name);
+                let is_changed = method.name.starts_with("hybrid-with");
+                assert_eq!(settings(whole) != whole, is_changed, "{}", method.name);
             }
         }
     }

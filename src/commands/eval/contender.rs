@@ -1,6 +1,6 @@
-//! One method at work.
+//! The methods at work.
 
-use flaneur_renderer::{Gpu, Renderer, Settings};
+use flaneur_renderer::{Gpu, Renderer, Settings, SplatNormals};
 use flaneur_scene::{ImageId, PosedCamera, SceneUpdate, View};
 use flaneur_streamer::Streamer;
 
@@ -9,53 +9,94 @@ use crate::evaluation::{Compared, Making, Method};
 use crate::exit::Exit;
 use crate::names::Names;
 
-/// A method, with its own renderer where it needs one.
-pub(super) struct Contender {
-    /// The method.
-    pub(super) method: &'static Method,
-    renderer: Option<Renderer>,
+/// The methods of one evaluation, with the renderers that they need.
+pub(super) struct Contenders {
+    methods: Vec<Contender>,
+    renderers: Vec<Shared>,
 }
 
-impl Contender {
-    /// The method with an empty renderer, whose settings start from `whole`.
-    pub(super) fn new(method: &'static Method, gpu: Option<&Gpu>, whole: Settings) -> Self {
-        let renderer = match (method.making, gpu) {
-            (Making::Rendered { settings, .. }, Some(gpu)) => {
-                Some(Renderer::with_settings(gpu, settings(whole)))
-            }
-            _ => None,
+/// One method.
+struct Contender {
+    method: &'static Method,
+    /// Which renderer makes its picture, and how; none for a method without.
+    rendered: Option<(usize, Settings)>,
+}
+
+/// A renderer of the methods that are given the same geometry and differ only in what is decided
+/// anew for each frame: a scene on the device takes a gigabyte or more.
+struct Shared {
+    making: Making,
+    settings: Settings,
+    renderer: Renderer,
+}
+
+impl Contenders {
+    /// The methods with empty renderers, whose settings start from `whole`. Without `gpu`, for
+    /// methods that do not render.
+    pub(super) fn new(methods: &[&'static Method], gpu: Option<&Gpu>, whole: Settings) -> Self {
+        let mut renderers: Vec<Shared> = Vec::new();
+        let contender = |&method: &&'static Method| {
+            let rendered = method.making.settings(whole).zip(gpu).map(|(settings, gpu)| {
+                let fits = |shared: &Shared| {
+                    shared.making.takes_as(&method.making)
+                        && shared.settings.differ_by_frame_only(&settings)
+                };
+                let index = renderers.iter().position(fits).unwrap_or_else(|| {
+                    let renderer = Renderer::with_settings(gpu, settings);
+                    renderers.push(Shared { making: method.making, settings, renderer });
+                    renderers.len() - 1
+                });
+                (index, settings)
+            });
+            Contender { method, rendered }
         };
-        Self { method, renderer }
+        Self { methods: methods.iter().map(contender).collect(), renderers }
     }
 
-    /// Passes an update on where the method takes it. Payloads are shared.
+    /// How many methods there are.
+    pub(super) fn len(&self) -> usize {
+        self.methods.len()
+    }
+
+    /// Whether any makes use of the points' normals.
+    pub(super) fn take_normals(&self) -> bool {
+        self.renderers.iter().any(|of| of.settings.splat_normals == SplatNormals::Estimated)
+    }
+
+    /// Passes an update on to every renderer that takes it. Payloads are shared.
     pub(super) fn apply(&mut self, update: &SceneUpdate) -> Result<(), Exit> {
-        match &mut self.renderer {
-            Some(renderer) if self.method.making.takes(update) => {
-                Ok(renderer.apply(update.clone())?)
+        for shared in &mut self.renderers {
+            if shared.making.takes(update) {
+                shared.renderer.apply(update.clone())?;
             }
-            _ => Ok(()),
         }
+        Ok(())
     }
 
-    /// The picture that `camera` would take, of its size. `nearest` is the source that a method
-    /// without a renderer shows.
+    /// The name of the method `index`, and the picture that `camera` would take by it, of the
+    /// camera's size. `nearest` is the source that a method without a renderer shows.
     pub(super) async fn picture(
         &mut self,
+        index: usize,
         camera: &PosedCamera,
         nearest: &ImageId,
         names: &Names,
         streamer: &Streamer,
-    ) -> Result<Compared, Exit> {
-        match &mut self.renderer {
-            Some(renderer) => tokio::task::block_in_place(|| {
-                let frame = renderer.render(&View { camera: *camera })?;
-                Ok(Compared::from(&frame))
-            }),
+    ) -> Result<(&'static str, Compared), Exit> {
+        let Contender { method, rendered } = &self.methods[index];
+        let shared = rendered
+            .and_then(|(renderer, settings)| Some((self.renderers.get_mut(renderer)?, settings)));
+        let picture = match shared {
+            Some((shared, settings)) => tokio::task::block_in_place(|| {
+                shared.renderer.set_settings(settings);
+                let frame = shared.renderer.render(&View { camera: *camera })?;
+                Ok::<_, Exit>(Compared::from(&frame))
+            })?,
             None => {
                 let source = stored(nearest, names, streamer).await?;
-                Ok(tokio::task::block_in_place(|| source.resized(camera.lens.size)))
+                tokio::task::block_in_place(|| source.resized(camera.lens.size))
             }
-        }
+        };
+        Ok((method.name, picture))
     }
 }

@@ -34,8 +34,8 @@ Examples:
 
 Names are ids, panoramas, files of photographs, or globs over them; `flaneur info SOURCE --json`
 lists the ids. Each face of a sphere is a photograph; every:N keeps a sphere, like any rig, or holds
-it out as a whole. Every method that renders holds the scene for itself: name fewer --methods where
-memory is short.
+it out as a whole. Methods that change more than how a frame is drawn hold the scene for themselves:
+name fewer --methods where memory is short.
 
 Definitions: sRGB in [0, 1], the whole frame, a figure a view, then the mean over the views. SSIM in
 windows of 7x7 pixels of equal weight with sample covariance (scikit-image's default). Coverage is the

@@ -9,10 +9,10 @@ use flaneur_services::ingest::{Progress, Unit};
 use flaneur_streamer::{Event, Streamer, ViewRequest};
 use futures::StreamExt;
 
-use super::contender::Contender;
+use super::contender::Contenders;
 use super::target::Target;
 use super::{Context, EvalArguments, chosen};
-use crate::evaluation::{Described, Gallery, Making, Method, Report, Row, Score, nearest_source};
+use crate::evaluation::{Described, Gallery, Method, Report, Row, Score, nearest_source};
 use crate::exit::Exit;
 use crate::names::{Names, Pattern};
 use crate::source::{Source, stream_exit};
@@ -23,7 +23,7 @@ pub(super) struct Session {
     names: Names,
     sources: Arc<BTreeSet<ImageId>>,
     targets: Vec<Target>,
-    contenders: Vec<Contender>,
+    contenders: Contenders,
     adapter: Option<String>,
     described: Described,
 }
@@ -34,7 +34,7 @@ impl Session {
         arguments: &EvalArguments,
         methods: &[&'static Method],
     ) -> Result<Self, Exit> {
-        let is_rendered = |method: &&Method| matches!(method.making, Making::Rendered { .. });
+        let is_rendered = |method: &&Method| method.making.settings(Settings::default()).is_some();
         let gpu = methods.iter().any(is_rendered).then(|| tokio::task::spawn_blocking(Gpu::new));
         let streamer = Source::open(&arguments.source).await?.streamer().await?;
         let names = Names::all(streamer.client()).await?;
@@ -52,9 +52,8 @@ impl Session {
             methods: methods.iter().map(|method| method.name).collect(),
             renderer: format!("{settings:?}"),
         };
-        let contender = |method: &&'static Method| Contender::new(method, gpu.as_ref(), settings);
         Ok(Self {
-            contenders: methods.iter().map(contender).collect(),
+            contenders: Contenders::new(methods, gpu.as_ref(), settings),
             adapter: gpu.as_ref().map(|gpu| gpu.adapter_name().to_owned()),
             streamer,
             names,
@@ -85,14 +84,15 @@ impl Session {
             if let Some(gallery) = &mut gallery {
                 gallery.begin(index, &target.id, nearest_m, &photograph)?;
             }
-            for contender in &mut self.contenders {
+            for method in 0..self.contenders.len() {
                 // Rendering and measuring wait for nothing that would notice.
                 if context.cancel.is_cancelled() {
                     return Err(Exit::Interrupted);
                 }
                 let (names, streamer) = (&self.names, &self.streamer);
-                let picture = contender.picture(&target.camera, &nearest, names, streamer).await?;
-                let method = contender.method.name;
+                let picture =
+                    self.contenders.picture(method, &target.camera, &nearest, names, streamer);
+                let (method, picture) = picture.await?;
                 let score = tokio::task::block_in_place(|| {
                     let score = Score::new(&photograph, &picture).ok_or_else(|| {
                         Exit::failed(anyhow::anyhow!(
@@ -126,14 +126,13 @@ impl Session {
         let sources = Arc::clone(&self.sources);
         let request = ViewRequest {
             excluded: Arc::new(move |id| !sources.contains(id)),
+            normals: self.contenders.take_normals(),
             ..ViewRequest::new(View { camera: target.camera })
         };
         let mut events = self.streamer.stream(request, &context.cancel);
         while let Some(event) = events.next().await {
             if let Event::Update(update) = event.map_err(stream_exit)? {
-                tokio::task::block_in_place(|| {
-                    self.contenders.iter_mut().try_for_each(|contender| contender.apply(&update))
-                })?;
+                tokio::task::block_in_place(|| self.contenders.apply(&update))?;
             }
         }
         Ok(())
