@@ -22,6 +22,15 @@ pub(crate) struct Viewpoint {
     size: Option<Size>,
 }
 
+/// How much a picture shows from its bottom to its top.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Height {
+    /// A field of view, in perspective.
+    Degrees(f64),
+    /// A length, without perspective.
+    Metres(f64),
+}
+
 /// `WIDTHxHEIGHT` in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub(crate) UVec2);
@@ -48,12 +57,15 @@ struct Entry {
 }
 
 impl Viewpoint {
-    /// The view from here, `fov_deg` high unless it has a field of view of its own, and of the
-    /// size `asked`, else of its own, else of `default`.
-    pub(crate) fn view(&self, fov_deg: f64, asked: Option<Size>, default: Size) -> View {
-        let fov = self.fov_deg.unwrap_or(fov_deg).to_radians();
+    /// The view from here, as high as `height` says unless it has a field of view of its own,
+    /// and of the size `asked`, else of its own, else of `default`.
+    pub(crate) fn view(&self, height: Height, asked: Option<Size>, default: Size) -> View {
         let Size(size) = asked.or(self.size).unwrap_or(default);
-        View::look(self.eye, self.heading_deg.to_radians(), self.pitch_deg.to_radians(), fov, size)
+        let (heading, pitch) = (self.heading_deg.to_radians(), self.pitch_deg.to_radians());
+        match (self.fov_deg.map_or(height, Height::Degrees), self.eye) {
+            (Height::Degrees(fov), eye) => View::look(eye, heading, pitch, fov.to_radians(), size),
+            (Height::Metres(height), eye) => View::orthographic(eye, heading, pitch, height, size),
+        }
     }
 
     fn new(numbers: [f64; 5], fov_deg: Option<f64>) -> Result<Self, String> {
@@ -115,12 +127,22 @@ pub(crate) fn read_path(path: &Path) -> Result<Vec<Listed>, Exit> {
 /// The view of a photograph's own camera, at another size where one is given.
 pub(crate) fn view_like(camera: PosedCamera, size: Option<Size>) -> View {
     let lens = size.map_or(camera.lens, |Size(size)| camera.lens.scaled_to(size));
-    View { camera: PosedCamera { lens, ..camera } }
+    PosedCamera { lens, ..camera }.into()
 }
 
 /// A vertical field of view in degrees.
 pub(crate) fn parse_fov(text: &str) -> Result<f64, String> {
     check_fov(text.parse().map_err(|_| format!("{text:?} is no number"))?)
+}
+
+/// The height of an orthographic picture in metres.
+pub(crate) fn parse_height(text: &str) -> Result<f64, String> {
+    let height_m: f64 = text.parse().map_err(|_| format!("{text:?} is no number"))?;
+    if (0.01..=100_000.0).contains(&height_m) {
+        Ok(height_m)
+    } else {
+        Err(format!("the height is {height_m}, must be 0.01 to 100000 metres"))
+    }
 }
 
 fn check_fov(fov_deg: f64) -> Result<f64, String> {
@@ -198,7 +220,7 @@ mod tests {
         let truth = good.replace("}", r#","width":768,"height":576,"file":"view_001.png"}"#);
         let listed = read(&format!("[{truth}]")).expect("good").remove(0);
         assert_eq!(listed.file.as_deref(), Some("view_001.png"));
-        let view = listed.viewpoint.view(60.0, None, Size(UVec2::ONE));
+        let view = listed.viewpoint.view(Height::Degrees(60.0), None, Size(UVec2::ONE));
         assert_eq!(view.size(), UVec2::new(768, 576));
         assert!(fault(&format!("[{}]", truth.replace("768", "0"))).contains("0x576"));
         assert!(fault("[]").contains("no view"));

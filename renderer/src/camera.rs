@@ -1,6 +1,6 @@
 //! A posed pinhole, as the rasterising passes see it.
 
-use flaneur_scene::PosedCamera;
+use flaneur_scene::{PosedCamera, View, ViewProjection};
 
 use crate::pinhole::Pinhole;
 
@@ -30,6 +30,12 @@ pub(crate) mod gpu_data {
 }
 
 impl gpu_data::Camera {
+    /// The camera of a view whose G-buffer is `pinhole`.
+    pub(crate) fn of_view(view: &View, pinhole: &Pinhole) -> Self {
+        let orthographic = u32::from(view.projection == ViewProjection::Orthographic);
+        Self { orthographic, ..Self::new(&view.camera, pinhole) }
+    }
+
     pub(crate) fn new(camera: &PosedCamera, pinhole: &Pinhole) -> Self {
         let axes = camera.cam_from_world.transpose();
         Self {

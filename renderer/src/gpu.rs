@@ -3,7 +3,8 @@
 use crate::RenderError;
 
 /// What is used where a device has it.
-const WELCOME: wgpu::Features = wgpu::Features::FLOAT32_BLENDABLE.union(ATOMIC_64);
+const WELCOME: wgpu::Features =
+    wgpu::Features::FLOAT32_BLENDABLE.union(wgpu::Features::POLYGON_MODE_LINE).union(ATOMIC_64);
 /// What atomics of 64 bits need.
 const ATOMIC_64: wgpu::Features =
     wgpu::Features::SHADER_INT64.union(wgpu::Features::SHADER_INT64_ATOMIC_MIN_MAX);

@@ -1,6 +1,6 @@
 //! What is resident, and the order of the passes that make a frame of it.
 
-use flaneur_scene::{Bounds3, SceneUpdate, View};
+use flaneur_scene::{Bounds3, Distortion, SceneUpdate, View, ViewProjection};
 use glam::UVec2;
 
 use crate::camera::gpu_data::Camera;
@@ -162,8 +162,8 @@ impl Renderer {
         let pinhole = self.check(view)?;
         let size = view.size();
         let eye = view.eye();
-        let camera = Camera::new(&view.camera, &pinhole);
-        let frustum = Frustum::new(&view.camera, &pinhole);
+        let camera = Camera::of_view(view, &pinhole);
+        let frustum = Frustum::of_view(view, &pinhole);
         let (gpu, settings) = (&self.gpu, &self.settings);
         self.points.upload(gpu);
         if !self.targets.as_ref().is_some_and(|targets| {
@@ -195,6 +195,7 @@ impl Renderer {
             stages.encoder(),
             &camera,
             &drawn_mesh,
+            mode == Mode::Wireframe,
             &targets.planes,
             &targets.surfaces,
             &targets.depth,
@@ -307,6 +308,10 @@ impl Renderer {
         }
         if let Some(what) = camera_fault(&view.camera) {
             return Err(RenderError::ViewCamera { what });
+        }
+        let distorted = view.camera.lens.distortion != Distortion::None;
+        if distorted && view.projection == ViewProjection::Orthographic {
+            return Err(RenderError::ViewCamera { what: "an orthographic view has a distortion" });
         }
         Pinhole::for_view(&view.camera.lens, max_side, MAX_PIXELS)
             .ok_or(RenderError::ViewCamera { what: "its lens sees nothing" })

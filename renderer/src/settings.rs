@@ -117,6 +117,47 @@ impl Settings {
     }
 }
 
+impl Mode {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Hybrid,
+        Self::Mesh,
+        Self::Points,
+        Self::PointsColour,
+        Self::Wireframe,
+        Self::Depth,
+        Self::Normals,
+        Self::Sources,
+        Self::Uncertainty,
+    ];
+
+    /// The name by which people and programs ask for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hybrid => "hybrid",
+            Self::Mesh => "mesh",
+            Self::Points => "points",
+            Self::PointsColour => "points-colour",
+            Self::Wireframe => "wireframe",
+            Self::Depth => "depth",
+            Self::Normals => "normals",
+            Self::Sources => "sources",
+            Self::Uncertainty => "uncertainty",
+        }
+    }
+}
+
+impl std::str::FromStr for Mode {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|mode| mode.name() == text).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("there is no mode {text:?}; the modes are {names}")
+        })
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {

@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3, UVec2};
 const SIZE: UVec2 = UVec2::new(160, 120);
 
 fn view() -> View {
-    View { camera: camera(DVec3::ZERO, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE) }
+    View::from(camera(DVec3::ZERO, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE))
 }
 
 fn photograph(street: &Street, id: &str, at: [f64; 3]) -> SceneUpdate {

@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use flaneur_renderer::{Settings, Surface};
+use flaneur_renderer::{Frame, Mode, Settings, Surface};
 use flaneur_scene::{Distortion, Intrinsics, Lens, PosedCamera, SceneUpdate, View};
 use glam::{DVec2, DVec3, UVec2};
 use tolerances::{FAR_AWAY_255, OWN_PHOTOGRAPH_MEAN_255};
@@ -13,7 +13,7 @@ const PHOTO: UVec2 = UVec2::new(640, 480);
 
 /// Where the street is looked at from: none of the photographs' places.
 fn view(origin: DVec3) -> View {
-    View { camera: camera(origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE) }
+    View::from(camera(origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE))
 }
 
 fn photo_camera(origin: DVec3, at: [f64; 3], heading: f64) -> PosedCamera {
@@ -161,7 +161,7 @@ fn a_distorted_view_shows_the_street_through_its_lens() {
         Distortion::Fisheye { k: [-0.02, 0.004, 0.0, 0.0] },
     ] {
         let lens = Lens { size: SIZE, intrinsics, distortion };
-        let view = View { camera: with_lens(view(street.origin).camera, lens) };
+        let view = View::from(with_lens(view(street.origin).camera, lens));
         let frame = renderer(Settings::default(), meshed(&street)).render(&view).expect("a frame");
         keep(&frame, "distorted");
         let truth = street.picture(&view.camera);
@@ -211,7 +211,7 @@ fn from_its_own_centre_a_photograph_is_itself() {
         let mut updates = meshed(&street);
         updates.push(image_update(photograph.clone()));
         let frame =
-            renderer(Settings::default(), updates).render(&View { camera }).expect("a frame");
+            renderer(Settings::default(), updates).render(&View::from(camera)).expect("a frame");
         keep(&frame, "own");
         let (mut sum, mut count) = (0.0, 0.0);
         for (i, surface) in frame.surfaces.iter().enumerate() {
@@ -249,7 +249,7 @@ fn masked_pixels_are_never_used() {
             masked("b/east", [-0.5, 4.0, 2.2], 100.0),
         ];
         let camera = camera(street.origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, size);
-        renderer(Settings::default(), updates).render(&View { camera }).expect("a frame")
+        renderer(Settings::default(), updates).render(&View::from(camera)).expect("a frame")
     };
     // The small view looks at coarser levels of detail.
     for size in [SIZE, UVec2::new(80, 60)] {
@@ -296,4 +296,90 @@ fn a_folding_lens_colours_nothing_beyond_its_limit() {
         }
     }
     assert!(beyond > 5000 && within > 5000, "{beyond} beyond, {within} within");
+}
+
+/// Walls keep their size however far they are: an elevation of the street.
+#[test]
+fn an_orthographic_view_shows_the_street_to_scale() {
+    let street = Street::with_pole(DVec3::new(651_000.0, 6_861_000.0, 40.0));
+    let eye = street.origin + DVec3::new(-3.0, 0.0, 4.5);
+    // 9 m high, 12 m wide: the wall from y = 6 on the left to y = -6 on the right.
+    let view = View::orthographic(eye, 90f64.to_radians(), 0.0, 9.0, SIZE);
+    let mut updates = meshed(&street);
+    updates.push(points_update(street.points(&[1], 0.02)));
+    let frame = renderer(Settings::default(), updates).render(&view).expect("a frame");
+    keep(&frame, "orthographic");
+    let (mut compared, mut wrong, mut off) = (0, 0, 0.0);
+    let trace = |pixel: DVec2| {
+        let ray = view.ray(pixel).expect("a ray");
+        street.trace(ray.origin - street.origin, ray.direction)
+    };
+    for (i, pixel) in pixels(SIZE).enumerate() {
+        let hit = trace(pixel).expect("the wall fills the picture");
+        // Not beside the pole, nor beside the shadows that it has in the photographs.
+        let near = [-2.0, 2.0].map(|dx| trace(pixel + DVec2::new(dx, 0.0)).map(|hit| hit.object));
+        if !frame.surfaces[i].is_coloured() || near != [Some(hit.object); 2] {
+            continue;
+        }
+        let truth = DVec3::from(street.paint(&hit).to_array().map(srgb_from_linear));
+        let difference = difference(&frame.rgba, i, truth);
+        compared += 1;
+        off += difference;
+        wrong += u32::from(difference > tolerances::RESAMPLED_255);
+    }
+    let wrong = f64::from(wrong) / f64::from(compared);
+    assert!(compared > 60_000 && wrong < 0.02, "{compared} {wrong}");
+    assert!(off / f64::from(compared) < tolerances::RESAMPLED_MEAN_255, "{off}");
+}
+
+/// Every mode draws, and none but the photographs' own changes which pixels have geometry.
+#[test]
+fn modes_show_the_same_scene_in_their_own_way() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let view = view(street.origin);
+    let mut updates = photographs(&street);
+    updates.push(mesh_update(street.mesh(&[0, 2, 3], 0.0)));
+    updates.push(points_update(street.points(&[1], 0.03)));
+    let mut renderer = renderer(Settings::default(), updates);
+    let hybrid = renderer.render(&view).expect("a frame");
+    let shows = |frame: &Frame, kinds: [Surface; 2]| {
+        frame.surfaces.iter().filter(|surface| kinds.contains(surface)).count()
+    };
+    let (mesh, point) = (
+        [Surface::MeshColoured, Surface::MeshUncoloured],
+        [Surface::PointColoured, Surface::PointUncoloured],
+    );
+    for mode in Mode::ALL {
+        let frame = renderer.render_as(&view, mode).expect("a frame");
+        keep(&frame, mode.name());
+        assert_eq!(mode.name().parse(), Ok(mode));
+        assert_eq!(frame == hybrid, mode == Mode::Hybrid, "{mode:?}");
+        let (meshes, points) = (shows(&frame, mesh), shows(&frame, point));
+        match mode {
+            Mode::Mesh => assert!(points == 0 && meshes >= shows(&hybrid, mesh)),
+            Mode::Points | Mode::PointsColour => {
+                assert!(meshes == 0 && points >= shows(&hybrid, point));
+            }
+            Mode::Wireframe => {
+                let dark = frame.rgba.chunks_exact(4).filter(|p| p[0] < 20).count();
+                assert!(dark > 500 && dark < 20_000, "{dark} pixels of edges");
+            }
+            Mode::Depth => {
+                // 10 / (10 + depth), of the wall 6.8 m ahead of the eye.
+                let truth = street.picture(&view.camera);
+                for (i, seen) in truth.iter().enumerate() {
+                    let Some((hit, _)) = seen else { continue };
+                    if is_interior(&truth, SIZE, i, 3) {
+                        let p = street.origin + hit.position;
+                        let depth = view.camera.cam_from_world(p).z;
+                        let expected = 255.0 * 10.0 / (10.0 + depth);
+                        let found = f64::from(frame.rgba[4 * i]);
+                        // A disc of the pole lies before its surface by up to 2 cm.
+                        assert!((found - expected).abs() < 1.6, "{i}: {found} for {expected}");
+                    }
+                }
+            }
+            _ => assert_eq!(frame.surfaces, hybrid.surfaces, "{mode:?}"),
+        }
+    }
 }

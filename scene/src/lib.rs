@@ -45,4 +45,4 @@ pub use orientation::{heading_pitch_roll, world_from_rig};
 pub use panorama::{Panorama, Projection, RigCamera};
 pub use points::{PointChunk, PointNodeId};
 pub use update::{ImageUpdate, SceneUpdate};
-pub use view::View;
+pub use view::{Ray, View, ViewProjection};

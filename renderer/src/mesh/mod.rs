@@ -143,11 +143,20 @@ impl DrawList<'_> {
     }
 }
 
-/// The two ways a mesh is rasterised.
+/// The ways a mesh is rasterised.
 #[derive(Debug)]
 pub(crate) struct MeshPass {
     gbuffer: wgpu::RenderPipeline,
     depth: wgpu::RenderPipeline,
+    /// `None` where the device draws no lines.
+    edges: Option<wgpu::RenderPipeline>,
+}
+
+/// What draws a view's mesh: its surfaces, and in the same pass maybe their edges.
+#[derive(Clone, Copy, Debug)]
+struct Pipelines<'a> {
+    surfaces: &'a wgpu::RenderPipeline,
+    edges: Option<&'a wgpu::RenderPipeline>,
 }
 
 impl MeshPass {
@@ -156,14 +165,13 @@ impl MeshPass {
             label: Some("mesh"),
             source: wgpu::ShaderSource::Wgsl(wgsl().into()),
         });
-        let pipeline = |entry, formats: &[wgpu::TextureFormat]| {
-            let targets: Vec<_> = formats.iter().map(|&format| Some(format.into())).collect();
+        let pipeline = |vertex, entry, targets: &[Option<wgpu::ColorTargetState>], polygon_mode| {
             gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(entry),
                 layout: None,
                 vertex: wgpu::VertexState {
                     module: &module,
-                    entry_point: Some("vs"),
+                    entry_point: Some(vertex),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
                     buffers: &[
                         Some(wgpu::VertexBufferLayout {
@@ -180,7 +188,7 @@ impl MeshPass {
                         }),
                     ],
                 },
-                primitive: wgpu::PrimitiveState::default(),
+                primitive: wgpu::PrimitiveState { polygon_mode, ..Default::default() },
                 depth_stencil: Some(wgpu::DepthStencilState {
                     format: DEPTH_FORMAT,
                     depth_write_enabled: Some(true),
@@ -193,19 +201,30 @@ impl MeshPass {
                     module: &module,
                     entry_point: Some(entry),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    targets: &targets,
+                    targets,
                 }),
                 multiview_mask: None,
                 cache: None,
             })
         };
+        let written = |format: wgpu::TextureFormat| Some(wgpu::ColorTargetState::from(format));
+        let unwritten = |format| {
+            let write_mask = wgpu::ColorWrites::empty();
+            Some(wgpu::ColorTargetState { format, blend: None, write_mask })
+        };
+        let view = [written(PLANE_FORMAT), written(SURFACE_FORMAT)];
+        let lines = [unwritten(PLANE_FORMAT), written(SURFACE_FORMAT)];
+        let (fill, line) = (wgpu::PolygonMode::Fill, wgpu::PolygonMode::Line);
+        let draws_lines = gpu.device.features().contains(wgpu::Features::POLYGON_MODE_LINE);
         Self {
-            gbuffer: pipeline("fs_gbuffer", &[PLANE_FORMAT, SURFACE_FORMAT]),
-            depth: pipeline("fs_depth", &[MAP_FORMAT]),
+            gbuffer: pipeline("vs", "fs_gbuffer", &view, fill),
+            depth: pipeline("vs", "fs_depth", &[written(MAP_FORMAT)], fill),
+            edges: draws_lines.then(|| pipeline("vs_edges", "fs_edges", &lines, line)),
         }
     }
 
-    /// Fills the planes and surfaces of a view; pixels without mesh have surface 0.
+    /// Fills the planes and surfaces of a view; pixels without mesh have surface 0. With
+    /// `edges`, surfaces are marked along the edges of triangles.
     #[expect(clippy::too_many_arguments, reason = "one argument a target")]
     pub(crate) fn draw_gbuffer(
         &self,
@@ -213,13 +232,16 @@ impl MeshPass {
         encoder: &mut wgpu::CommandEncoder,
         camera: &Camera,
         list: &DrawList<'_>,
+        edges: bool,
         planes: &wgpu::TextureView,
         surfaces: &wgpu::TextureView,
         depth: &wgpu::TextureView,
     ) {
         let clear = wgpu::Color::TRANSPARENT;
         let attachments = [attachment(planes, clear), attachment(surfaces, clear)];
-        draw(gpu, encoder, &self.gbuffer, camera, list, &attachments, depth);
+        let edges = self.edges.as_ref().filter(|_| edges);
+        let pipelines = Pipelines { surfaces: &self.gbuffer, edges };
+        draw(gpu, encoder, pipelines, camera, list, &attachments, depth);
     }
 
     /// Fills the part of a depth map that `camera` covers; texels without mesh get a depth
@@ -234,14 +256,15 @@ impl MeshPass {
         depth: &wgpu::TextureView,
     ) {
         let clear = wgpu::Color { r: reference::NO_MESH_M, ..wgpu::Color::TRANSPARENT };
-        draw(gpu, encoder, &self.depth, camera, list, &[attachment(map, clear)], depth);
+        let pipelines = Pipelines { surfaces: &self.depth, edges: None };
+        draw(gpu, encoder, pipelines, camera, list, &[attachment(map, clear)], depth);
     }
 }
 
 fn draw(
     gpu: &Gpu,
     encoder: &mut wgpu::CommandEncoder,
-    pipeline: &wgpu::RenderPipeline,
+    pipelines: Pipelines<'_>,
     camera: &Camera,
     list: &DrawList<'_>,
     color_attachments: &[Option<wgpu::RenderPassColorAttachment<'_>>],
@@ -251,11 +274,6 @@ fn draw(
         label: Some("mesh camera"),
         contents: bytemuck::bytes_of(camera),
         usage: wgpu::BufferUsages::UNIFORM,
-    });
-    let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("mesh"),
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
     });
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("mesh"),
@@ -272,9 +290,16 @@ fn draw(
     });
     let [width, height] = camera.size;
     pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 1.0);
-    pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, &bind_group, &[]);
-    list.draw(&mut pass);
+    for pipeline in [Some(pipelines.surfaces), pipelines.edges].into_iter().flatten() {
+        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("mesh"),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+        });
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &bind_group, &[]);
+        list.draw(&mut pass);
+    }
 }
 
 fn attachment(

@@ -60,6 +60,7 @@ fn planes(tile: &MeshTile, camera: &PosedCamera) -> Vec<[f32; 4]> {
         &mut encoder,
         &Camera::new(camera, &pinhole),
         &list,
+        false,
         &planes.create_view(&Default::default()),
         &targets.surfaces,
         &targets.depth,

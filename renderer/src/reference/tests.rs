@@ -109,7 +109,7 @@ fn assert_in_place(
 #[test]
 fn the_street_with_its_pole() {
     let updates = street(DVec3::ZERO);
-    let view = View { camera: view(DVec3::ZERO) };
+    let view = View::from(view(DVec3::ZERO));
     for mode in [
         Mode::Hybrid,
         Mode::Mesh,
@@ -144,7 +144,7 @@ fn other_settings() {
             chunk.normals = (0..chunk.positions.len()).map(|i| normals[i / 97 % 3]).collect();
         }
     }
-    let view = View { camera: view(DVec3::ZERO) };
+    let view = View::from(view(DVec3::ZERO));
     let default = Settings::default();
     for settings in [
         Settings { splat_normals: SplatNormals::Estimated, ..default },
@@ -182,7 +182,7 @@ fn photographs_and_view_through_lenses() {
         Distortion::Fisheye { k: [-0.02, 0.004, 0.0, 0.0] },
     ] {
         let lens = Lens { size: SIZE, intrinsics, distortion };
-        let view = View { camera: with_lens(view(DVec3::ZERO), lens) };
+        let view = View::from(with_lens(view(DVec3::ZERO), lens));
         let (frame, places, reference) = both(&updates, &view, Mode::Hybrid, Settings::default());
         keep_both(&frame, &reference, "lens");
         let difference = reference.difference(&frame);
@@ -200,7 +200,7 @@ fn the_street_in_lambert_93() {
     let far = camera(origin, [-44.0, 3.0, 5.0], 91.0, 1.0, 15.0, SIZE);
     for (camera, least) in [(view(origin), 38_000), (far, 30_000)] {
         let (frame, places, reference) =
-            both(&updates, &View { camera }, Mode::Hybrid, Settings::default());
+            both(&updates, &View::from(camera), Mode::Hybrid, Settings::default());
         keep_both(&frame, &reference, "lambert");
         let difference = reference.difference(&frame);
         assert!(difference.compared > least, "{difference:?}");

@@ -75,12 +75,16 @@ pub(crate) fn closeness(distance_2: f64, nearest_2: f64) -> f64 {
 
 /// The colour that stands for a photograph, linear: the same in every frame.
 pub(crate) fn mark(id: &ImageId) -> [f32; 3] {
-    // FNV-1a, then three bytes of it, none dark.
-    let hash = id.to_string().bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    });
-    let [.., r, g, b] = hash.to_le_bytes();
-    [r, g, b].map(|byte| 0.05 + 0.95 * (f32::from(byte) / 255.0).powi(2))
+    // FNV-1a, as a hue.
+    let hash = id
+        .to_string()
+        .bytes()
+        .fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
+    let turns = f64::from(hash) / f64::from(u32::MAX);
+    [0.0, 1.0, 2.0].map(|channel| {
+        let wave = (std::f64::consts::TAU * (turns + channel / 3.0)).cos();
+        (0.5 + 0.5 * wave).powi(2) as f32
+    })
 }
 
 impl Drawn {

@@ -48,7 +48,8 @@ fn fs(@builtin(position) at: vec4<f32>) -> Shown {
         if all(cell >= vec2(0)) && all(cell < vec2<i32>(view.camera.size)) {
             let surface = textureLoad(surfaces, cell, 0).x;
             let place = place_on(m.xy, cell, surface);
-            shown.position = packed_position(place, (surface & EDGE_BIT) != 0u);
+            let on_edge = place.kind == SHOWS_MESH && (surface & EDGE_BIT) != 0u;
+            shown.position = packed_position(place, on_edge);
             shown.orientation = packed_orientation(place);
         }
     }

@@ -179,10 +179,9 @@ impl TilePass {
 
 /// The four sides of what a photograph sees, and its eye plane, relative to `eye`.
 fn pyramid(photograph: &Photograph, eye: DVec3) -> gpu_data::Pyramid {
-    let centre = photograph.camera.centre - eye;
-    let planes = photograph.frustum.inward().map(|n| {
+    let planes = photograph.frustum.planes().map(|(n, place)| {
         // A millimetre of margin for the rounding of positions.
-        n.extend(1e-3 - n.dot(centre)).as_vec4().to_array()
+        n.extend(1e-3 - n.dot(place - eye)).as_vec4().to_array()
     });
     gpu_data::Pyramid { planes }
 }

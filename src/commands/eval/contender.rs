@@ -89,7 +89,7 @@ impl Contenders {
         let picture = match shared {
             Some((shared, settings)) => tokio::task::block_in_place(|| {
                 shared.renderer.set_settings(settings);
-                let frame = shared.renderer.render(&View { camera: *camera })?;
+                let frame = shared.renderer.render(&View::from(*camera))?;
                 Ok::<_, Exit>(Compared::from(&frame))
             })?,
             None => {

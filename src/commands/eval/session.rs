@@ -127,7 +127,7 @@ impl Session {
         let request = ViewRequest {
             excluded: Arc::new(move |id| !sources.contains(id)),
             normals: self.contenders.take_normals(),
-            ..ViewRequest::new(View { camera: target.camera })
+            ..ViewRequest::new(View::from(target.camera))
         };
         let mut events = self.streamer.stream(request, &context.cancel);
         while let Some(event) = events.next().await {

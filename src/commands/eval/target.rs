@@ -11,7 +11,7 @@ use crate::evaluation::Compared;
 use crate::exit::Exit;
 use crate::names::{Names, Photograph};
 use crate::source::stream_exit;
-use crate::viewpoints::{Listed, Size, read_path};
+use crate::viewpoints::{Height, Listed, Size, read_path};
 
 /// Vertical field of view where a file of views gives none, degrees.
 const DEFAULT_FOV_DEG: f64 = 60.0;
@@ -68,7 +68,7 @@ pub(super) fn truth(path: &Path) -> Result<Vec<Target>, Exit> {
         let (width, height) = image::image_dimensions(&picture)
             .map_err(|e| bad(index, &format!("cannot read its picture {file:?}: {e}")))?;
         let size = UVec2::new(width, height);
-        let view = listed.viewpoint.view(DEFAULT_FOV_DEG, None, Size(size));
+        let view = listed.viewpoint.view(Height::Degrees(DEFAULT_FOV_DEG), None, Size(size));
         if view.size() != size {
             let problem = format!("it is {} pixels, its picture {size}: {file:?}", view.size());
             return Err(bad(index, &problem));

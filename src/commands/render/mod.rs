@@ -19,7 +19,7 @@ use crate::atomic_file;
 use crate::exit::Exit;
 use crate::names::{Names, Pattern};
 use crate::source::{Source, stream_exit};
-use crate::viewpoints::{Size, Viewpoint, parse_fov, read_path, view_like};
+use crate::viewpoints::{Height, Size, Viewpoint, parse_fov, parse_height, read_path, view_like};
 use picture::PictureFormat;
 use report::{FrameReport, Report};
 
@@ -33,6 +33,8 @@ const EXAMPLES: &str = "\
 Examples:
   flaneur render scenes/paris --view 651190,6861340,43,180,5 -o frame.png
   flaneur render scenes/paris --like 490/301 --without 490 -o like.png
+  flaneur render scenes/paris --view 651190,6861340,43,180,5 --mode sources -o sources.png
+  flaneur render scenes/paris --view 651190,6861340,140,0,-90 --orthographic 80 -o plan.png
   flaneur render http://127.0.0.1:7878/paris --path walk.json -o walk.png --report walk.report.json
 
 VIEWS.json is a list of views; those of the last example become walk_0001.png, walk_0002.png, …:
@@ -61,6 +63,14 @@ pub(crate) struct RenderArguments {
     /// Vertical field of view in degrees
     #[arg(long, default_value = "60", value_parser = parse_fov, conflicts_with = "like")]
     fov: f64,
+    /// No perspective: show this many metres from bottom to top, of what lies before the plane
+    /// through the position
+    #[arg(long, value_name = "METRES", value_parser = parse_height, conflicts_with_all = ["like", "fov"])]
+    orthographic: Option<f64>,
+    /// What to show: hybrid, mesh, points, points-colour, wireframe, depth, normals, sources (which
+    /// photographs) or uncertainty
+    #[arg(long, default_value = "hybrid")]
+    mode: Mode,
     /// Size of the picture in pixels [default: that of the --like photograph or of the view in
     /// the file, else 1024x512]
     #[arg(long, value_name = "WxH")]
@@ -94,6 +104,7 @@ pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result
     let mut session = Session {
         renderer: Renderer::new(&gpu),
         adapter: gpu.adapter_name().to_owned(),
+        mode: arguments.mode,
         timed: arguments.report.is_some(),
         started,
         frames: Vec::new(),
@@ -127,9 +138,10 @@ async fn prepare(
 ) -> Result<(Streamer, Vec<View>, Gpu), Exit> {
     let gpu = tokio::task::spawn_blocking(Gpu::new);
     let streamer = Source::open(&arguments.source).await?.streamer().await?;
+    let height = arguments.orthographic.map_or(Height::Degrees(arguments.fov), Height::Metres);
     let mut views: Vec<View> = viewpoints
         .iter()
-        .map(|viewpoint| viewpoint.view(arguments.fov, arguments.size, DEFAULT_SIZE))
+        .map(|viewpoint| viewpoint.view(height, arguments.size, DEFAULT_SIZE))
         .collect();
     if arguments.like.is_some() || !arguments.without.is_empty() {
         let names = Names::all(streamer.client()).await?;
@@ -181,6 +193,7 @@ async fn fetch(
 struct Session {
     renderer: Renderer,
     adapter: String,
+    mode: Mode,
     /// Whether someone wants to know how long a frame takes.
     timed: bool,
     started: Instant,
@@ -190,14 +203,14 @@ struct Session {
 impl Session {
     fn render(&mut self, view: &View, file: &Path, bytes_received: u64) -> Result<Frame, Exit> {
         tokio::task::block_in_place(|| {
-            let frame = self.renderer.render(view)?;
+            let frame = self.renderer.render_as(view, self.mode)?;
             if self.timed {
                 let since_start_ms = milliseconds(self.started);
                 // The first time pipelines are made and depth maps drawn: once more.
                 let warm = Instant::now();
-                self.renderer.render(view)?;
+                self.renderer.render_as(view, self.mode)?;
                 let frame_ms = milliseconds(warm);
-                let (_, passes) = self.renderer.render_timed(view, Mode::Hybrid)?;
+                let (_, passes) = self.renderer.render_timed(view, self.mode)?;
                 self.frames.push(FrameReport::new(
                     file,
                     &frame,

@@ -1,6 +1,6 @@
 //! The cone around everything that a view sees.
 
-use flaneur_scene::{Bounds3, View};
+use flaneur_scene::{Bounds3, View, ViewProjection};
 use glam::{DVec2, DVec3};
 
 /// Points along each border of the picture from which the cone is found. Between two of them
@@ -32,6 +32,10 @@ impl ViewCone {
                 Some(d) => half_angle = half_angle.max(d.angle_between(DVec3::Z)),
                 None => half_angle = std::f64::consts::PI,
             }
+        }
+        // Parallel rays have no apex.
+        if view.projection == ViewProjection::Orthographic {
+            half_angle = std::f64::consts::PI;
         }
         Self { eye: view.eye(), axis: view.camera.forward(), half_angle: half_angle + MARGIN }
     }

@@ -138,9 +138,9 @@ impl Measure<'_> {
             return None;
         }
         let seen = if self.cone.meets(&bounds) { 1.0 } else { UNSEEN };
-        let focal_px = self.view.camera.lens.intrinsics.fy;
+        let density = self.view.pixels_a_metre(distance.max(NEAREST_M));
         let spacing = cube.level_spacing_m(id.key.level);
-        Some(Candidate { spacing_px: seen * focal_px * spacing / distance.max(NEAREST_M), id })
+        Some(Candidate { spacing_px: seen * density * spacing, id })
     }
 }
 

@@ -192,16 +192,13 @@ struct Samples {
 
 impl Samples {
     fn new(view: &View) -> Self {
-        let camera = &view.camera;
         let size = view.size().as_dvec2();
         let mut points = Vec::new();
         for (x, y) in (0..GRID.y).flat_map(|y| (0..GRID.x).map(move |x| (x, y))) {
             let at = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / GRID.as_dvec2() * size;
-            let Some(direction) = camera.lens.unproject(at) else { continue };
-            let direction = camera.cam_from_world.transpose() * direction;
+            let Some(ray) = view.ray(at) else { continue };
             for depth in DEPTHS_M {
-                let density = camera.lens.intrinsics.fy / depth;
-                points.push((camera.centre + direction * depth, density));
+                points.push((ray.origin + ray.direction * depth, view.pixels_a_metre(depth)));
             }
         }
         Self { points }
