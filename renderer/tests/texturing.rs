@@ -13,7 +13,7 @@ const PHOTO: UVec2 = UVec2::new(640, 480);
 const FORWARD: [Texturing; 2] = [Texturing::Homography, Texturing::Barycentric];
 
 fn view(origin: DVec3) -> View {
-    View { camera: camera(origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE) }
+    View::from(camera(origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE))
 }
 
 /// Points on everything; the mesh is the wall, which gives the points on it its plane.
@@ -96,7 +96,7 @@ fn pixels_of_a_photograph_are_found_within_a_hundredth() {
         .map(|byte| byte as u8)
         .collect();
     // So narrow that its pixels are smaller than the photograph's, which keeps level 0.
-    let view = View { camera: camera(street.origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 28.0, SIZE) };
+    let view = View::from(camera(street.origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 28.0, SIZE));
     let frames = [Texturing::Deferred, Texturing::Homography, Texturing::Barycentric].map(|way| {
         let mut renderer = renderer(Settings { texturing: way, ..Settings::default() }, Vec::new());
         for update in [
