@@ -9,6 +9,7 @@ mod error;
 mod forward;
 mod frame;
 mod frustum;
+mod gains;
 mod gpu;
 #[cfg(test)]
 mod kernel_tests;

@@ -8,6 +8,7 @@ use crate::depth_map::{DepthMaps, Sources};
 use crate::forward::{ForwardPass, Indices};
 use crate::frame::{Frame, FrameStats};
 use crate::frustum::Frustum;
+use crate::gains::Gains;
 use crate::mesh::{MeshPass, MeshStore};
 use crate::photographs::{Photograph, PhotographStore, camera_fault};
 use crate::pinhole::Pinhole;
@@ -40,6 +41,7 @@ pub struct Renderer {
     points: PointStore,
     photographs: PhotographStore,
     maps: DepthMaps,
+    gains: Gains,
     targets: Option<Targets>,
 }
 
@@ -65,6 +67,7 @@ impl Renderer {
             points: PointStore::new(settings.splat_normals),
             photographs: PhotographStore::new(gpu),
             maps: DepthMaps::new(gpu, settings.depth_map_side, settings.refine_by_points),
+            gains: Gains::new(gpu),
             targets: None,
         }
     }
@@ -185,6 +188,11 @@ impl Renderer {
         };
         self.maps.prepare(gpu, stages.encoder(), &sources, &selected);
         stages.ended("depth maps")?;
+        if settings.exposure_gains {
+            let (maps, atlas) = (&self.maps, &self.photographs.atlas);
+            self.gains.update(gpu, &mut stages, &selected, maps, atlas, &view.camera)?;
+            stages.ended("gains")?;
+        }
 
         let mut drawn_mesh = self.mesh.draw_list(gpu, &frustum, eye);
         if matches!(mode, Mode::Points | Mode::PointsColour) {
@@ -242,7 +250,8 @@ impl Renderer {
             .iter()
             .filter_map(|(id, photograph, standing)| {
                 let layer = self.maps.layer(id)?;
-                let (gain, mark) = ([1.0; 3], mark(id));
+                let gain = if settings.exposure_gains { self.gains.of(id) } else { [1.0; 3] };
+                let mark = mark(id);
                 Some((*photograph, Drawn::new(photograph, eye, *standing, layer, gain, mark)))
             })
             .collect();

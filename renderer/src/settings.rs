@@ -14,6 +14,8 @@ pub struct Settings {
     pub refine_by_points: bool,
     /// How points are textured.
     pub texturing: Texturing,
+    /// Whether the brightness of photographs is adjusted so that they agree where they overlap.
+    pub exposure_gains: bool,
     /// Radius of a splat as a share of the distance between points. A square grid closes
     /// up from 0.71.
     pub splat_scale: f32,
@@ -166,6 +168,7 @@ impl Default for Settings {
             depth_test: true,
             refine_by_points: true,
             texturing: Texturing::Deferred,
+            exposure_gains: true,
             splat_scale: 0.75,
             max_splat_radius_m: 0.25,
             splat_normals: SplatNormals::Eye,

@@ -6,7 +6,8 @@ use std::mem::offset_of;
 use crate::settings::SplatNormals;
 use crate::splat::Route;
 use crate::{
-    Texturing, camera, depth_map, forward, lens, mesh, photographs, shade, splat, surface, tiles,
+    Texturing, camera, depth_map, forward, gains, lens, mesh, photographs, shade, splat, surface,
+    tiles,
 };
 
 fn sources() -> Vec<(&'static str, String)> {
@@ -29,6 +30,8 @@ fn sources() -> Vec<(&'static str, String)> {
         ("forget", shade::FORGET_WGSL.to_owned()),
         ("lens", lens::WGSL.to_owned()),
         ("depth_map", depth_map::WGSL.to_owned()),
+        ("spread", gains::measure::spread_wgsl()),
+        ("measure", gains::measure::measure_wgsl()),
         ("blend", shade::BLEND_WGSL.to_owned()),
     ]
 }

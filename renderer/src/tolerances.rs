@@ -27,6 +27,15 @@ pub const UNIT_VECTOR_RAD: f64 = 8e-5;
 /// Weights, relative: powers and square roots of f32, which WGSL lets drift by some ulp.
 pub const WEIGHT_RELATIVE: f64 = 1e-5;
 
+/// What the expectation that gains are 1 takes from the logarithms of known ones: a percent or two
+/// for exposures and some more for tints, of the 0.6 that the test's differ by.
+pub const GAIN_SHRINKAGE: f64 = 0.02;
+
+/// By how much brightness may differ between parts of a picture whose photographs were exposed up
+/// to 1.8 times longer than each other, as a share: the shrinkage above, and patches of a footprint's
+/// width that do not lie in each photograph exactly alike.
+pub const EXPOSED_ALIKE: f64 = 0.05;
+
 /// A depth test is compared only where it is decided by more than this share of the depth.
 pub const DEPTH_TEST_RELATIVE: f64 = 1e-5;
 

@@ -44,6 +44,8 @@ pub(crate) struct DepthMaps {
 struct Slot {
     layer: usize,
     last_used: u64,
+    /// The frame that drew it last.
+    drawn: u64,
     mesh_is_stale: bool,
     points_are_stale: bool,
     /// Chunks that have arrived since the points were drawn.
@@ -86,6 +88,11 @@ impl DepthMaps {
     /// The layer of a photograph's map, if it has one.
     pub(crate) fn layer(&self, id: &ImageId) -> Option<u32> {
         self.slots.get(id).map(|slot| slot.layer as u32)
+    }
+
+    /// Another number whenever a photograph's map changes; `None` where it has none.
+    pub(crate) fn revision(&self, id: &ImageId) -> Option<u64> {
+        self.slots.get(id).map(|slot| slot.drawn)
     }
 
     /// All layers of mesh depth.
@@ -160,6 +167,7 @@ impl DepthMaps {
             let Some(slot) = self.slots.get_mut(*id) else { continue };
             let camera = Camera::new(&photograph.camera, &photograph.map);
             if std::mem::take(&mut slot.mesh_is_stale) {
+                slot.drawn = self.frame;
                 let centre = photograph.camera.centre;
                 let list = sources.mesh.draw_list(gpu, &photograph.frustum, centre);
                 let (map, depth) = (self.textures.mesh_layer(slot.layer), &self.textures.depth);
@@ -168,6 +176,7 @@ impl DepthMaps {
             let pending = std::mem::take(&mut slot.pending);
             let redraw = std::mem::take(&mut slot.points_are_stale);
             if redraw || !pending.is_empty() {
+                slot.drawn = self.frame;
                 let (frustum, centre) = (&photograph.frustum, photograph.camera.centre);
                 let max_radius_m = splat::MAX_MAP_RADIUS_M;
                 let wanted = |id: &PointNodeId| self.refined && (redraw || pending.contains(id));
@@ -244,6 +253,7 @@ impl DepthMaps {
             Slot {
                 layer,
                 last_used: self.frame,
+                drawn: self.frame,
                 mesh_is_stale: true,
                 points_are_stale: true,
                 pending: BTreeSet::new(),

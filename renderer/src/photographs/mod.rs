@@ -32,17 +32,20 @@ pub(crate) struct Photograph {
     pub(crate) map: Pinhole,
     pub(crate) frustum: Frustum,
     pub(crate) place: Place,
+    /// Another one whenever its pixels or its camera change.
+    pub(crate) revision: u64,
 }
 
 #[derive(Debug)]
 pub(crate) struct PhotographStore {
     photographs: BTreeMap<ImageId, Photograph>,
     pub(crate) atlas: Atlas,
+    revision: u64,
 }
 
 impl PhotographStore {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        Self { photographs: BTreeMap::new(), atlas: Atlas::new(gpu) }
+        Self { photographs: BTreeMap::new(), atlas: Atlas::new(gpu), revision: 0 }
     }
 
     /// Adds a photograph or replaces its pixels; gives whether its geometry changed.
@@ -64,7 +67,9 @@ impl PhotographStore {
             .map_err(|reason| no_place(update, settings, reason))?;
         let lens = LensData::new(&update.camera.lens.scaled_to(update.size));
         let frustum = Frustum::new(&update.camera, &map);
-        let photograph = Photograph { camera: update.camera, lens, map, frustum, place };
+        self.revision += 1;
+        let (camera, revision) = (update.camera, self.revision);
+        let photograph = Photograph { camera, lens, map, frustum, place, revision };
         let before = self.photographs.insert(update.id.clone(), photograph);
         if let Some(before) = &before {
             self.atlas.remove(&before.place);

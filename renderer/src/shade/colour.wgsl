@@ -1,10 +1,8 @@
 // What one photograph says about a place, wherever its projection comes from: weighted linear
-// colour, and the weight. Needs photograph.wgsl, place.wgsl, depth_map.wgsl and blend.wgsl.
+// colour, and the weight. Needs photograph.wgsl, texel.wgsl, place.wgsl, depth_map.wgsl and blend.wgsl.
 
 @group(0) @binding(3) var map_mesh: texture_2d_array<f32>;
 @group(0) @binding(4) var map_points: texture_2d_array<f32>;
-@group(0) @binding(5) var filtering: sampler;
-@group(2) @binding(0) var atlas: texture_2d_array<f32>;
 
 // Filtered masks this close to one have no masked texel in them.
 const OPAQUE: f32 = 0.999;
@@ -65,14 +63,4 @@ fn level_of_detail(photograph_depth: f32, view_depth: f32) -> f32 {
     let lod = log2(max(texels_per_m * metres_per_pixel, 1.0));
     // So little is rounding: the full level alone is exact.
     return select(min(lod, photograph.max_lod), 0.0, lod < 0.02);
-}
-
-// Filtered linear colour and mask at a raw pixel position.
-fn look_up(pixel: vec2<f32>, lod: f32) -> vec4<f32> {
-    // Half a texel inside, at the coarser of the levels that are filtered.
-    let inset = vec2(0.5 * exp2(ceil(lod)));
-    let size = photograph.lens.size;
-    let inside = clamp(pixel, inset, max(size - inset, inset));
-    let uv = (photograph.corner + inside) * photograph.texel;
-    return textureSampleLevel(atlas, filtering, uv, photograph.layer, lod);
 }

@@ -31,13 +31,15 @@ use photograph::gpu_data::Photograph;
 
 /// The weights, to be put before the shaders that use them.
 pub(crate) const BLEND_WGSL: &str = include_str!("blend.wgsl");
-const PHOTOGRAPH_WGSL: &str = include_str!("photograph.wgsl");
+/// One photograph, to be put before the shaders that look places up in it, and how it is looked up.
+pub(crate) const PHOTOGRAPH_WGSL: &str = include_str!("photograph.wgsl");
+pub(crate) const TEXEL_WGSL: &str = include_str!("texel.wgsl");
 
 pub(crate) const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Holds which camera of a rig was chosen, and how well it sees.
 pub(crate) const CHOICE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
 /// Bytes between photographs in their uniform buffer: no device wants more.
-const PHOTOGRAPH_STRIDE: usize = 256;
+pub(crate) const PHOTOGRAPH_STRIDE: usize = 256;
 /// Cameras of a rig that its stencil can tell apart.
 const MAX_CAMERAS: u32 = 255;
 
@@ -48,8 +50,15 @@ pub(crate) fn choose_wgsl() -> String {
 
 /// What a photograph says about a place, to be put before the shaders that ask it.
 pub(crate) fn colour_wgsl() -> String {
-    let parts =
-        [lens::WGSL, PHOTOGRAPH_WGSL, octahedral::WGSL, PLACE_WGSL, depth_map::WGSL, BLEND_WGSL];
+    let parts = [
+        lens::WGSL,
+        PHOTOGRAPH_WGSL,
+        TEXEL_WGSL,
+        octahedral::WGSL,
+        PLACE_WGSL,
+        depth_map::WGSL,
+        BLEND_WGSL,
+    ];
     [&parts.concat(), include_str!("colour.wgsl")].concat()
 }
 

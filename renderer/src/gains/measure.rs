@@ -1,0 +1,223 @@
+//! What photographs show of the same places, measured on the device.
+//!
+//! Every photograph lends a few places, spread evenly over its depth map; every photograph is
+//! then asked for the colour of each, as a mean over a patch wide enough that it does not matter
+//! where exactly the photographs stood.
+
+use std::collections::BTreeMap;
+
+use wgpu::util::DeviceExt as _;
+
+use crate::depth_map::DepthMaps;
+use crate::photographs::atlas::Atlas;
+use crate::shade::photograph::Drawn;
+use crate::shade::photograph::gpu_data::Photograph;
+use crate::shade::{PHOTOGRAPH_STRIDE, PHOTOGRAPH_WGSL, TEXEL_WGSL};
+use crate::stages::Stages;
+use crate::targets::read_back;
+use crate::{Gpu, RenderError, lens};
+
+/// Agreement, to be put before the shaders that use it.
+pub(crate) const AGREE_WGSL: &str = include_str!("agree.wgsl");
+const KNOWN_WGSL: &str = include_str!("known.wgsl");
+
+/// The shader that finds places.
+pub(crate) fn spread_wgsl() -> String {
+    [lens::WGSL, PHOTOGRAPH_WGSL, AGREE_WGSL, KNOWN_WGSL, include_str!("spread.wgsl")].concat()
+}
+
+/// The shader that looks their colours up.
+pub(crate) fn measure_wgsl() -> String {
+    [lens::WGSL, PHOTOGRAPH_WGSL, TEXEL_WGSL, AGREE_WGSL, KNOWN_WGSL, include_str!("measure.wgsl")]
+        .concat()
+}
+
+/// Workgroups of places that each photograph lends, by columns and rows, and for how many
+/// photographs: fewer each where there are many.
+const GRIDS: [(usize, [u32; 2]); 3] = [(20, [2, 2]), (48, [2, 1]), (usize::MAX, [1, 1])];
+const GROUP_PLACES: u32 = 64;
+const PLACE_BYTES: u64 = 16;
+const SAMPLE_BYTES: u64 = 8;
+
+/// Colours of places as photographs show them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Samples {
+    /// How many places each photograph lent.
+    pub(crate) places_each: usize,
+    /// For each photograph all places, those that the first lent first: linear red, green and
+    /// blue, 0 to 1; `None` where it does not see the place.
+    pub(crate) colours: Vec<Vec<Option<[f32; 3]>>>,
+}
+
+/// The pipelines of this pass.
+#[derive(Debug)]
+pub(crate) struct MeasurePass {
+    spread: wgpu::ComputePipeline,
+    /// One a lens model, made when first needed.
+    measure: BTreeMap<u32, wgpu::ComputePipeline>,
+    filtering: wgpu::Sampler,
+}
+
+impl MeasurePass {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        Self {
+            spread: pipeline(gpu, "places", spread_wgsl(), &[]),
+            measure: BTreeMap::new(),
+            filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("photographs"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                ..Default::default()
+            }),
+        }
+    }
+
+    /// What `photographs`, all seen from the same eye, show of places near them. Waits for the
+    /// device.
+    pub(crate) fn run(
+        &mut self,
+        gpu: &Gpu,
+        stages: &mut Stages,
+        photographs: &[Drawn],
+        maps: &DepthMaps,
+        atlas: &Atlas,
+    ) -> Result<Samples, RenderError> {
+        let count = photographs.len();
+        let [columns, rows] = grid(count);
+        let places_each = columns * rows * GROUP_PLACES;
+        let places = u64::from(places_each) * count as u64;
+        let buffer = |label, bytes, usage| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: bytes,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let stored = wgpu::BufferUsages::STORAGE;
+        let copied = wgpu::BufferUsages::COPY_SRC;
+        let sample_bytes = places * count as u64 * SAMPLE_BYTES;
+        let place_buffer = buffer("places", places * PLACE_BYTES, stored);
+        let samples = buffer("samples", sample_bytes, stored | copied);
+        let readback = buffer(
+            "samples read back",
+            sample_bytes,
+            wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        );
+        let mut contents = vec![0; PHOTOGRAPH_STRIDE * count];
+        for (slot, drawn) in contents.chunks_mut(PHOTOGRAPH_STRIDE).zip(photographs) {
+            let data = bytemuck::bytes_of(&drawn.data);
+            slot[..data.len()].copy_from_slice(data);
+        }
+        let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("photographs"),
+            contents: &contents,
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        for drawn in photographs {
+            let model = drawn.data.lens.model;
+            self.measure.entry(model).or_insert_with(|| {
+                let constants = [("LENS_MODEL", f64::from(model))];
+                pipeline(gpu, "measure", measure_wgsl(), &constants)
+            });
+        }
+
+        let group = |pipeline: &wgpu::ComputePipeline, index, entries: &[_]| {
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("measure"),
+                layout: &pipeline.get_bind_group_layout(index),
+                entries,
+            })
+        };
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        let view = wgpu::BindingResource::TextureView;
+        let slice = |buffer, index: u64, bytes| {
+            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer,
+                offset: index * bytes,
+                size: std::num::NonZero::new(bytes),
+            })
+        };
+        let photograph = |index: u64| {
+            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer: &uniform,
+                offset: index * PHOTOGRAPH_STRIDE as u64,
+                size: std::num::NonZero::new(size_of::<Photograph>() as u64),
+            })
+        };
+        let (map_mesh, map_points) = (maps.mesh_view(), maps.points_view());
+        let atlases = atlas.views();
+        {
+            let mut pass =
+                stages.encoder().begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.spread);
+            for index in 0..count as u64 {
+                let own = slice(&place_buffer, index, u64::from(places_each) * PLACE_BYTES);
+                let entries =
+                    [entry(3, view(&map_mesh)), entry(4, view(&map_points)), entry(6, own)];
+                pass.set_bind_group(0, &group(&self.spread, 0, &entries), &[]);
+                let entries = [entry(0, photograph(index))];
+                pass.set_bind_group(1, &group(&self.spread, 1, &entries), &[]);
+                pass.dispatch_workgroups(columns, rows, 1);
+            }
+            for (index, drawn) in (0..).zip(photographs) {
+                let Some(measure) = self.measure.get(&drawn.data.lens.model) else { continue };
+                pass.set_pipeline(measure);
+                let entries = [
+                    entry(3, view(&map_mesh)),
+                    entry(4, view(&map_points)),
+                    entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
+                    entry(6, place_buffer.as_entire_binding()),
+                    entry(7, slice(&samples, index, places * SAMPLE_BYTES)),
+                ];
+                pass.set_bind_group(0, &group(measure, 0, &entries), &[]);
+                pass.set_bind_group(1, &group(measure, 1, &[entry(0, photograph(index))]), &[]);
+                let entries = [entry(0, view(&atlases[drawn.atlas]))];
+                pass.set_bind_group(2, &group(measure, 2, &entries), &[]);
+                pass.dispatch_workgroups(columns * rows * count as u32, 1, 1);
+            }
+        }
+        stages.encoder().copy_buffer_to_buffer(&samples, 0, &readback, 0, None);
+        stages.submit();
+        let bytes = read_back(gpu, &readback)?;
+        let words: &[[u32; 2]] = &bytemuck::pod_collect_to_vec(&bytes);
+        let colours = words
+            .chunks_exact(places as usize)
+            .map(|of_photograph| of_photograph.iter().map(|&word| unpacked(word)).collect())
+            .collect();
+        Ok(Samples { places_each: places_each as usize, colours })
+    }
+}
+
+fn grid(photographs: usize) -> [u32; 2] {
+    let fitting = GRIDS.iter().find(|(most, _)| photographs <= *most);
+    fitting.map_or([1, 1], |(_, grid)| *grid)
+}
+
+/// The colour that measure.wgsl packed.
+fn unpacked([rg, b1]: [u32; 2]) -> Option<[f32; 3]> {
+    let halves = |word: u32| [word & 0xffff, word >> 16].map(|half| half as f32 / 65535.0);
+    let ([r, g], [b, seen]) = (halves(rg), halves(b1));
+    (seen > 0.5).then_some([r, g, b])
+}
+
+fn pipeline(
+    gpu: &Gpu,
+    label: &'static str,
+    wgsl: String,
+    constants: &[(&str, f64)],
+) -> wgpu::ComputePipeline {
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(label),
+        source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+    });
+    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(label),
+        layout: None,
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+        cache: None,
+    })
+}

@@ -1,0 +1,34 @@
+// The colours that one photograph shows of the places that it sees. Needs lens.wgsl,
+// photograph.wgsl, agree.wgsl, known.wgsl and texel.wgsl.
+
+@group(0) @binding(6) var<storage, read> places: array<vec4<f32>>;
+// Linear red, green, blue and 1, sixteen bits each; 0 where the photograph does not see the place.
+@group(0) @binding(7) var<storage, read_write> samples: array<vec2<u32>>;
+
+// Least width, in texels, of what is averaged.
+const LEAST_TEXELS: f32 = 0.5;
+// Masks near this have next to nothing hidden in what is averaged.
+const SHOWN: f32 = 0.9;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let place = places[id.x];
+    let seen = projected(place.xyz);
+    let texels = place.w * photograph.lens.focal.y / seen.position.z;
+    let lod = clamp(log2(texels), 0.0, photograph.max_lod);
+    let short_side = min(photograph.lens.size.x, photograph.lens.size.y);
+    let texel = vec2<i32>(photograph.map_focal * seen.normalised + photograph.map_centre);
+    // The border is 0 where nothing is seen.
+    let sees = place.w > 0.0
+        && texels >= LEAST_TEXELS
+        && seen.border * short_side >= exp2(lod)
+        && agrees(seen.position.z, known_at(texel));
+    var found = vec2(0u);
+    if sees {
+        let colour = look_up(seen.pixel, lod);
+        if colour.a >= SHOWN {
+            found = vec2(pack2x16unorm(colour.rg), pack2x16unorm(vec2(colour.b, 1.0)));
+        }
+    }
+    samples[id.x] = found;
+}

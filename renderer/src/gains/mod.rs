@@ -1,0 +1,158 @@
+//! Exposure gains: neighbouring photographs differ in brightness, and a factor for each takes
+//! the seams between them away.
+//!
+//! The photographs of a frame are compared where they see the same places ([`measure`],
+//! [`overlaps`]), and one system of least squares gives each a factor a channel ([`solve`]). That
+//! is done when another photograph is used, or another level of one, or when geometry changed what
+//! one sees; the result depends on those alone, not on the eye nor on the order in which anything
+//! arrived. A photograph that is already on display then goes to its new gain over some frames,
+//! unless the view has jumped.
+
+use std::collections::BTreeMap;
+
+use flaneur_scene::{ImageId, PosedCamera};
+use glam::DVec3;
+
+use crate::depth_map::DepthMaps;
+use crate::photographs::Photograph;
+use crate::photographs::atlas::Atlas;
+use crate::shade::photograph::{Drawn, Standing};
+use crate::stages::Stages;
+use crate::{Gpu, RenderError};
+
+pub(crate) mod measure;
+mod overlaps;
+#[cfg(test)]
+mod reference;
+mod solve;
+#[cfg(test)]
+mod tests;
+
+use measure::MeasurePass;
+
+/// Share of the way to its new gain that a photograph goes each frame.
+const STEP: f64 = 0.15;
+/// Logarithms that differ by less are the same: no colour changes by a byte.
+const SAME: f64 = 1e-3;
+/// From one frame to the next a view that moves further, metres, has jumped …
+const JUMP_M: f64 = 0.5;
+/// … and so has one that turns further: cosine of 20°.
+const JUMP_COSINE: f64 = 0.94;
+
+/// The gains of the photographs in use.
+#[derive(Debug)]
+pub(crate) struct Gains {
+    pass: MeasurePass,
+    /// What `solved` was measured on.
+    measured: Vec<State>,
+    /// Logarithms for linear red, green and blue.
+    solved: BTreeMap<ImageId, [f64; 3]>,
+    shown: BTreeMap<ImageId, [f64; 3]>,
+    /// The camera of the frame before.
+    camera: Option<PosedCamera>,
+}
+
+/// A photograph and what was known of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct State {
+    id: ImageId,
+    pixels: u64,
+    map: u64,
+}
+
+impl Gains {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        Self {
+            pass: MeasurePass::new(gpu),
+            measured: Vec::new(),
+            solved: BTreeMap::new(),
+            shown: BTreeMap::new(),
+            camera: None,
+        }
+    }
+
+    /// Brings the gains of `selected` up to date for a frame of `camera`. Their depth maps must
+    /// be, too. Waits for the device where something is to be measured.
+    pub(crate) fn update(
+        &mut self,
+        gpu: &Gpu,
+        stages: &mut Stages,
+        selected: &[(&ImageId, &Photograph, Standing)],
+        maps: &DepthMaps,
+        atlas: &Atlas,
+        camera: &PosedCamera,
+    ) -> Result<(), RenderError> {
+        // By name, so that it does not matter from where they are looked at.
+        let mut used: Vec<(&ImageId, &Photograph)> =
+            selected.iter().map(|(id, photograph, _)| (*id, *photograph)).collect();
+        used.sort_by_key(|(id, _)| *id);
+        let states: Vec<State> = used
+            .iter()
+            .filter_map(|(id, photograph)| {
+                let (pixels, map) = (photograph.revision, maps.revision(id)?);
+                Some(State { id: (*id).clone(), pixels, map })
+            })
+            .collect();
+        if states != self.measured {
+            self.solved = self.solve(gpu, stages, &used, maps, atlas)?;
+            self.measured = states;
+        }
+        self.follow(camera);
+        Ok(())
+    }
+
+    /// The factors of a photograph's linear colours.
+    pub(crate) fn of(&self, id: &ImageId) -> [f32; 3] {
+        self.shown.get(id).map_or([1.0; 3], |logs| logs.map(|log| log.exp() as f32))
+    }
+
+    fn solve(
+        &mut self,
+        gpu: &Gpu,
+        stages: &mut Stages,
+        used: &[(&ImageId, &Photograph)],
+        maps: &DepthMaps,
+        atlas: &Atlas,
+    ) -> Result<BTreeMap<ImageId, [f64; 3]>, RenderError> {
+        // Nothing is near a photograph's eye here; that of the first serves all as origin.
+        let origin = used.first().map_or(DVec3::ZERO, |(_, first)| first.camera.centre);
+        let standing = Standing { rig: 0, nearest_2: 0.0, weight: 1.0 };
+        let (ids, drawn): (Vec<&ImageId>, Vec<Drawn>) = used
+            .iter()
+            .filter_map(|(id, photograph)| {
+                let layer = maps.layer(id)?;
+                let plain = [1.0; 3];
+                Some((*id, Drawn::new(photograph, origin, standing, layer, plain, plain)))
+            })
+            .unzip();
+        if drawn.len() < 2 {
+            return Ok(ids.into_iter().map(|id| (id.clone(), [0.0; 3])).collect());
+        }
+        let samples = self.pass.run(gpu, stages, &drawn, maps, atlas)?;
+        let gains = solve::solve(ids.len(), &overlaps::overlaps(&samples));
+        Ok(ids.into_iter().cloned().zip(gains).collect())
+    }
+
+    /// Moves what is shown towards what was solved.
+    fn follow(&mut self, camera: &PosedCamera) {
+        let jumped = self.camera.replace(*camera).is_none_or(|before| {
+            before.centre.distance(camera.centre) > JUMP_M
+                || before.forward().dot(camera.forward()) < JUMP_COSINE
+        });
+        let shown = std::mem::take(&mut self.shown);
+        let step = |(id, target): (&ImageId, &[f64; 3])| {
+            let before = shown.get(id).filter(|_| !jumped);
+            (id.clone(), before.map_or(*target, |before| towards(*before, *target)))
+        };
+        self.shown = self.solved.iter().map(step).collect();
+    }
+}
+
+/// The logarithms of the next frame.
+fn towards(before: [f64; 3], target: [f64; 3]) -> [f64; 3] {
+    let left = [0, 1, 2].map(|channel| target[channel] - before[channel]);
+    if left.iter().all(|left| left.abs() < SAME) {
+        return target;
+    }
+    [0, 1, 2].map(|channel| before[channel] + STEP * left[channel])
+}

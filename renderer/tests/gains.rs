@@ -1,0 +1,123 @@
+//! Photographs that were exposed differently.
+
+mod common;
+
+use common::*;
+use flaneur_renderer::{Frame, Settings};
+use flaneur_scene::{PosedCamera, SceneUpdate};
+use glam::{DVec3, UVec2};
+
+const SIZE: UVec2 = UVec2::new(240, 160);
+/// Exposures of the photographs, for linear red, green and blue.
+const EXPOSURES: [[f64; 3]; 4] =
+    [[1.0, 1.0, 0.95], [0.6, 0.62, 0.6], [0.95, 0.9, 0.9], [0.55, 0.55, 0.6]];
+
+fn view(street: &Street) -> flaneur_scene::View {
+    let camera = camera(street.origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE);
+    flaneur_scene::View { camera }
+}
+
+/// Photographs along a wall, each with its own exposure, and the wall.
+fn updates(street: &Street) -> Vec<SceneUpdate> {
+    let mut updates = vec![mesh_update(street.mesh(&[0, 1, 2, 3], 0.0))];
+    for (i, exposure) in EXPOSURES.iter().enumerate() {
+        let at = [-1.0, -5.0 + 3.0 * i as f64, 2.0 + 0.1 * i as f64];
+        let camera = camera(street.origin, at, 90.0, 5.0, 70.0, UVec2::new(480, 360));
+        let mut image = street.photograph(&format!("{i}/x"), camera);
+        for pixel in image.rgba.chunks_exact_mut(4) {
+            for (value, exposure) in pixel.iter_mut().zip(exposure) {
+                let linear = linear_from_srgb(f64::from(*value) / 255.0) * exposure;
+                *value = (255.0 * srgb_from_linear(linear)).round() as u8;
+            }
+        }
+        updates.push(image_update(image));
+    }
+    updates
+}
+
+fn linear_from_srgb(c: f64) -> f64 {
+    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
+
+/// How much brighter than the truth the pixels are that lie away from edges, sorted: green.
+fn brightness(street: &Street, frame: &Frame, camera: &PosedCamera) -> Vec<f64> {
+    let truth = street.picture(camera);
+    let mut ratios: Vec<f64> = truth
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| frame.surfaces[*i].is_coloured() && is_interior(&truth, SIZE, *i, 4))
+        .filter_map(|(i, seen)| {
+            let (_, colour) = seen.as_ref()?;
+            let found = linear_from_srgb(f64::from(frame.rgba[4 * i + 1]) / 255.0);
+            Some(found / linear_from_srgb(colour.y))
+        })
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    ratios
+}
+
+/// Brightness is only known up to one factor, but it is the same all over the picture.
+#[test]
+fn differences_of_exposure_are_taken_away() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let view = view(&street);
+    let spread = |exposure_gains, name| {
+        let settings = Settings { exposure_gains, ..Settings::default() };
+        let frame = renderer(settings, updates(&street)).render(&view).expect("a frame");
+        keep(&frame, name);
+        let ratios = brightness(&street, &frame, &view.camera);
+        assert!(ratios.len() > 20_000, "{}", ratios.len());
+        let at = |share: f64| ratios[(share * ratios.len() as f64) as usize];
+        at(0.99) / at(0.01) - 1.0
+    };
+    let (with, without) = (spread(true, "gains"), spread(false, "no_gains"));
+    println!("brightness differs by {with:.3}, without gains by {without:.3}");
+    assert!(with < tolerances::EXPOSED_ALIKE && without > 0.3, "{with} {without}");
+}
+
+/// Neither the order of arrival nor what was looked at before changes them, once the view jumps.
+#[test]
+fn gains_depend_on_what_is_there() {
+    let street = Street::with_pole(DVec3::new(651_000.0, 6_861_000.0, 40.0));
+    let here = view(&street);
+    let mut there = here;
+    there.camera.centre.y += 1.0;
+    let all = updates(&street);
+    let expected = renderer(Settings::default(), all.clone()).render(&here).expect("a frame");
+    for order in [[4, 3, 2, 1, 0], [1, 3, 0, 4, 2]] {
+        let mut renderer = renderer(Settings::default(), Vec::new());
+        for i in order {
+            renderer.apply(all[i].clone()).expect("a good update");
+            renderer.render(&here).expect("a frame");
+        }
+        renderer.render(&there).expect("a frame");
+        let frame = renderer.render(&here).expect("a frame");
+        // Photographs lie elsewhere in their textures, where filtering rounds otherwise.
+        let off = frame.rgba.iter().zip(&expected.rgba).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(off <= Some(1), "order {order:?} gives another picture: {off:?}");
+    }
+}
+
+/// A photograph arrives that is far darker: those that are there go to their new gains in steps.
+#[test]
+fn what_is_on_display_does_not_jump() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let view = view(&street);
+    let mut all = updates(&street);
+    let last = all.pop().expect("photographs");
+    let mut renderer = renderer(Settings::default(), all);
+    let mean = |frame: &Frame| {
+        let sum: f64 = frame.rgba.iter().map(|value| f64::from(*value)).sum();
+        sum / frame.rgba.len() as f64
+    };
+    let before = mean(&renderer.render(&view).expect("a frame"));
+    renderer.apply(last).expect("a good update");
+    let mut means: Vec<f64> =
+        (0..50).map(|_| mean(&renderer.render(&view).expect("a frame"))).collect();
+    // The new photograph shows at once; after it nothing changes by more than a byte a frame.
+    let steps: Vec<f64> = means.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let settled = means.pop().expect("frames");
+    assert!(steps.iter().all(|step| *step < 1.0), "{before} {steps:?}");
+    assert!((settled - means[0]).abs() > 1.0, "nothing was to be adjusted: {before} {means:?}");
+    assert_eq!(steps.last(), Some(&0.0), "it comes to an end");
+}
