@@ -114,8 +114,8 @@ impl Settings {
     /// Whether a renderer can go from these settings to `other` between two frames: whether they
     /// differ only in what is decided anew for each frame, and not in what is kept.
     pub fn differ_by_frame_only(&self, other: &Self) -> bool {
-        let Self { rigs, depth_test, background, .. } = *other;
-        Self { rigs, depth_test, background, ..*self } == *other
+        let Self { rigs, depth_test, exposure_gains, background, .. } = *other;
+        Self { rigs, depth_test, exposure_gains, background, ..*self } == *other
     }
 }
 
