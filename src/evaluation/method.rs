@@ -60,7 +60,7 @@ pub(crate) static METHODS: &[Method] =
         changed("hybrid-without-refinement", "Depth maps are of the mesh alone", |whole| {
             Settings { refine_by_points: false, ..whole }
         }),
-        without("hybrid-without-gains", "Photographs keep their own exposure", |whole| Settings {
+        changed("hybrid-without-gains", "Photographs keep their own exposure", |whole| Settings {
             exposure_gains: false,
             ..whole
         }),
