@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use flaneur_renderer::{Frame, Settings};
-use flaneur_scene::{PosedCamera, SceneUpdate};
+use flaneur_scene::{PosedCamera, SceneUpdate, View};
 use glam::{DVec3, UVec2};
 
 const SIZE: UVec2 = UVec2::new(240, 160);
@@ -12,9 +12,8 @@ const SIZE: UVec2 = UVec2::new(240, 160);
 const EXPOSURES: [[f64; 3]; 4] =
     [[1.0, 1.0, 0.95], [0.6, 0.62, 0.6], [0.95, 0.9, 0.9], [0.55, 0.55, 0.6]];
 
-fn view(street: &Street) -> flaneur_scene::View {
-    let camera = camera(street.origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE);
-    flaneur_scene::View { camera }
+fn view(street: &Street) -> View {
+    View::from(camera(street.origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE))
 }
 
 /// Photographs along a wall, each with its own exposure, and the wall.
