@@ -82,3 +82,18 @@ pub const TEXTURING_255: f64 = 1.0;
 
 /// Share of pixels that may exceed it: where the depth test is decided by rounding.
 pub const TEXTURING_WRONG_SHARE: f64 = 1e-3;
+
+/// How much the colour of a place may change, in 255ths, while the eye moves by a centimetre or
+/// turns by two degrees: two frames are rounded to bytes, which is one, and resampled between
+/// other pixels, where a photograph fades or a disc ends.
+pub const STEP_255: f64 = 2.0;
+
+/// The same for a step of a centimetre where neighbouring photographs differ by 30 % in exposure,
+/// 75 bytes. A share s = 1 / (1 + (3 m / d)²) of another photograph changes by at most 0.7 / 3 m,
+/// with d the eye's distance from the nearer of two that are 3 m apart, which is half a byte a
+/// centimetre; three rigs, 1.5 m apart, make up to twice that.
+pub const EXPOSED_STEP_255: f64 = 2.5;
+
+/// The same with exposure gains, which are solved again as rigs come and go: a photograph goes
+/// 15 % of the way to its new gain each frame, of differences of up to 15 bytes.
+pub const GAINS_STEP_255: f64 = 4.5;

@@ -88,11 +88,13 @@ impl<'a> Rigs<'a> {
     pub(super) fn blend(&self, position: DVec3, shown: &Shown, pixels_per_m: f64) -> Option<Blend> {
         let (mut sum, mut colours, mut marks) = (0.0, DVec3::ZERO, DVec3::ZERO);
         for rig in &self.rigs {
-            let Some((id, photograph, seen)) = rig.best(position, self.eye) else { continue };
+            let Some((score, id, photograph, seen)) = rig.best(position, self.eye) else {
+                continue;
+            };
             let visible =
                 if self.depth_test { photograph.visible_share(shown, &seen) } else { 1.0 };
-            let weight = park_weight(shown.normal, position, photograph.centre(), self.eye)
-                * feather_weight(seen.border)
+            let weight = park_weight(shown.normal, position, photograph.centre(), rig.nearest_2)
+                * feather_weight(score)
                 * edge_weight(visible)
                 * rig.weight;
             let (colour, mask) = photograph.look_up(&seen, pixels_per_m);
@@ -107,9 +109,9 @@ impl<'a> Rigs<'a> {
 }
 
 impl Rig<'_> {
-    /// The camera that sees a place best: furthest inside its border, unless the eye is so close
-    /// that it is in one camera rather than in the others. Of equals the first.
-    fn best(&self, position: DVec3, eye: DVec3) -> Option<(&ImageId, &Photograph<'_>, Seen)> {
+    /// The camera that sees a place best, and its score: furthest inside its border, unless the
+    /// eye is so close that it is in one camera rather than in the others. Of equals the first.
+    fn best(&self, position: DVec3, eye: DVec3) -> Option<(f64, &ImageId, &Photograph<'_>, Seen)> {
         let mut best: Option<(f64, &ImageId, &Photograph<'_>, Seen)> = None;
         for (id, photograph) in &self.cameras {
             let Some(seen) = photograph.sees(position) else { continue };
@@ -119,6 +121,6 @@ impl Rig<'_> {
                 best = Some((score, id, photograph, seen));
             }
         }
-        best.map(|(_, id, photograph, seen)| (id, photograph, seen))
+        best
     }
 }

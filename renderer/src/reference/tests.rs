@@ -55,6 +55,11 @@ fn view(origin: DVec3) -> PosedCamera {
     camera(origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE)
 }
 
+/// The reference knows no gains.
+fn settings() -> Settings {
+    Settings { exposure_gains: false, ..Settings::default() }
+}
+
 /// Both renderings of a view, and where the device's pixels are, relative to the eye.
 fn both(
     updates: &[SceneUpdate],
@@ -120,7 +125,7 @@ fn the_street_with_its_pole() {
         Mode::Sources,
         Mode::Uncertainty,
     ] {
-        let (frame, places, reference) = both(&updates, &view, mode, Settings::default());
+        let (frame, places, reference) = both(&updates, &view, mode, settings());
         keep_both(&frame, &reference, &format!("street-{mode:?}"));
         let difference = reference.difference(&frame);
         let points_only = matches!(mode, Mode::Points | Mode::PointsColour);
@@ -145,7 +150,7 @@ fn other_settings() {
         }
     }
     let view = View::from(view(DVec3::ZERO));
-    let default = Settings::default();
+    let default = settings();
     for settings in [
         Settings { splat_normals: SplatNormals::Estimated, ..default },
         Settings { depth_test: false, ..default },
@@ -183,7 +188,7 @@ fn photographs_and_view_through_lenses() {
     ] {
         let lens = Lens { size: SIZE, intrinsics, distortion };
         let view = View::from(with_lens(view(DVec3::ZERO), lens));
-        let (frame, places, reference) = both(&updates, &view, Mode::Hybrid, Settings::default());
+        let (frame, places, reference) = both(&updates, &view, Mode::Hybrid, settings());
         keep_both(&frame, &reference, "lens");
         let difference = reference.difference(&frame);
         assert!(difference.compared > 38_000, "{distortion:?}: {difference:?}");
@@ -200,7 +205,7 @@ fn the_street_in_lambert_93() {
     let far = camera(origin, [-44.0, 3.0, 5.0], 91.0, 1.0, 15.0, SIZE);
     for (camera, least) in [(view(origin), 38_000), (far, 30_000)] {
         let (frame, places, reference) =
-            both(&updates, &View::from(camera), Mode::Hybrid, Settings::default());
+            both(&updates, &View::from(camera), Mode::Hybrid, settings());
         keep_both(&frame, &reference, "lambert");
         let difference = reference.difference(&frame);
         assert!(difference.compared > least, "{difference:?}");

@@ -18,7 +18,7 @@ fn weighted_colour(place: Place, seen: Projected, view_depth: f32) -> vec4<f32> 
     }
     let cosine = -dot(n, seen.position) * inverseSqrt(max(distance_2, 1e-12));
     let weight = park_weight(cosine, distance_2, photograph.eye_distance_2)
-        * feather_weight(seen.border)
+        * feather_weight(seen.border * photograph.closeness)
         * edge_weight(visible)
         * photograph.rig_weight;
     let texel = look_up(seen.pixel, level_of_detail(seen.position.z, view_depth));

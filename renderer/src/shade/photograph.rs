@@ -108,7 +108,7 @@ impl Drawn {
             down: axes.y_axis.as_vec3().to_array(),
             map_layer,
             forward: axes.z_axis.as_vec3().to_array(),
-            eye_distance_2: centre.length_squared() as f32,
+            eye_distance_2: standing.nearest_2 as f32,
             centre: centre.as_vec3().to_array(),
             texel: 1.0 / atlas::SIDES[place.array] as f32,
             map_focal: photograph.map.focal.as_vec2().to_array(),

@@ -11,7 +11,7 @@ struct Photograph {
     down: vec3<f32>,
     map_layer: u32,
     forward: vec3<f32>,
-    // Squared distance from the eye, metres.
+    // Squared distance from the eye to the nearest camera of its rig, metres.
     eye_distance_2: f32,
     // Relative to the eye.
     centre: vec3<f32>,

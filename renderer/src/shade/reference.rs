@@ -2,22 +2,28 @@
 //!
 //! Park et al., equation 4: `w = max(0, n · v)^α / (dist_ik² dist_uk²)` with α = 4, where n is
 //! the normal of the place i, v the unit vector from it to photograph k, `dist_ik` their
-//! distance and `dist_uk` that from the eye to the photograph. Both squares are grown by
-//! (5 cm)², which keeps the weight finite and smooth where the eye reaches a photograph's
-//! centre: there it outweighs one 3 m away 3600 times.
+//! distance and `dist_uk` that from the eye to the nearest camera of the photograph's rig. Both
+//! squares are grown by (5 cm)², which keeps the weight finite and smooth where the eye reaches a
+//! photograph's centre: there it outweighs one 3 m away 3600 times.
 //!
 //! To that come factors between 0 and 1 that take a photograph's say away smoothly before its
 //! border, and before the edge of what hides the place from it.
+//!
+//! A rig speaks through the camera of largest score `border × closeness`. As the eye moves, another
+//! camera takes over where the two scores are equal. The rig's say does not jump there, because
+//! its distance from the eye is one for all its cameras, and because what counts as near the border
+//! is decided by the score.
 
 use glam::DVec3;
 
-pub(crate) fn park_weight(n: DVec3, place: DVec3, photograph: DVec3, eye: DVec3) -> f64 {
+/// `eye_distance_2`: the square of `dist_uk`, metres.
+pub(crate) fn park_weight(n: DVec3, place: DVec3, photograph: DVec3, eye_distance_2: f64) -> f64 {
     const NEAREST_M: f64 = 0.05;
     let to_photograph = photograph - place;
     let cosine = n.dot(to_photograph.normalize()).max(0.0);
     cosine.powi(4)
         / ((to_photograph.length_squared() + NEAREST_M.powi(2))
-            * ((eye - photograph).length_squared() + NEAREST_M.powi(2)))
+            * (eye_distance_2 + NEAREST_M.powi(2)))
 }
 
 pub(crate) fn feather_weight(border: f64) -> f64 {

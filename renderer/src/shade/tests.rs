@@ -49,8 +49,11 @@ fn device_and_reference_agree() {
         queries.len(),
     );
     for ((photograph, eye, share), found) in cases.into_iter().zip(found) {
-        let expected =
-            [park_weight(n, place, photograph, eye), feather_weight(share), edge_weight(share)];
+        let expected = [
+            park_weight(n, place, photograph, (eye - photograph).length_squared()),
+            feather_weight(share),
+            edge_weight(share),
+        ];
         for (found, expected) in found.into_iter().zip(expected) {
             let found = f64::from(found);
             // Cosines near 0 carry the rounding of their own computation four times.
