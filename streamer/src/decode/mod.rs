@@ -5,6 +5,7 @@ mod cube;
 mod laz;
 mod mask;
 mod normals;
+mod order;
 mod picture;
 mod points;
 mod spacing;

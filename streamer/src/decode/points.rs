@@ -7,6 +7,7 @@ use super::colour::eight_bit_colours;
 use super::damaged;
 use super::laz::Records;
 use super::normals::normals;
+use super::order::{along_a_curve, reordered};
 use super::spacing::typical_spacing_m;
 use crate::StreamError;
 
@@ -21,7 +22,8 @@ const WITHHELD: u8 = 0b100;
 /// The points of the node `id`, from the LAZ bytes of its chunk.
 ///
 /// Positions are relative to the centre of the node's cell, whose size bounds them: at f32
-/// they are exact to 2⁻²⁴ of it. Points that the survey marks as withheld are left out.
+/// they are exact to 2⁻²⁴ of it. Points that the survey marks as withheld are left out;
+/// the others come along a curve through space.
 /// A chunk whose sizes contradict each other, or with a point outside its node's cell by more
 /// than the cell's size, is damaged. Normals are estimated where they are asked for.
 pub(crate) fn decode_points(
@@ -76,6 +78,8 @@ pub(crate) fn decode_points(
     if intensities.iter().all(|&intensity| intensity == 0) {
         intensities = Vec::new();
     }
+    let order = along_a_curve(&positions);
+    let positions = reordered(&positions, &order);
     let least_m = source.cube.level_spacing_m(node.key.level) as f32;
     let spacing_m = typical_spacing_m(&positions, least_m);
     let normals = if with_normals { normals(&positions, spacing_m) } else { Vec::new() };
@@ -83,9 +87,9 @@ pub(crate) fn decode_points(
         id,
         origin,
         positions,
-        colours: eight_bit_colours(&colours),
-        intensities,
-        classes,
+        colours: reordered(&eight_bit_colours(&colours), &order),
+        intensities: reordered(&intensities, &order),
+        classes: reordered(&classes, &order),
         normals,
         spacing_m,
     })
