@@ -218,6 +218,7 @@ impl Renderer {
             nearest: &targets.nearest_points,
             winners: &targets.winners,
             winning_normals: &targets.winning_normals,
+            canvas: &targets.canvas,
         };
         let store = &self.points;
         self.splat_pass.draw_view(gpu, stages.encoder(), store, &points, &camera, target);

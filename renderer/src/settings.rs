@@ -25,6 +25,9 @@ pub struct Settings {
     pub splat_normals: SplatNormals,
     /// How the nearest splat of a pixel is found; the picture is the same.
     pub splat_route: SplatRoute,
+    /// Splats of more pixels than this are drawn as quads instead of by compute; none: as
+    /// suits the device. The picture is the same.
+    pub quads_from_px: Option<u32>,
     /// Bytes of texture for photographs.
     pub image_memory_bytes: u64,
     /// Bytes of buffers for points.
@@ -173,6 +176,7 @@ impl Default for Settings {
             max_splat_radius_m: 0.25,
             splat_normals: SplatNormals::Eye,
             splat_route: SplatRoute::Auto,
+            quads_from_px: None,
             image_memory_bytes: 3 << 30,
             point_memory_bytes: 1 << 30,
             background: [178, 190, 202],

@@ -15,6 +15,7 @@ fn sources() -> Vec<(&'static str, String)> {
         ("mesh", mesh::wgsl()),
         ("splat", splat::wgsl(Route::Atomic32, SplatNormals::Eye)),
         ("splat with normals", splat::wgsl(Route::Atomic32, SplatNormals::Estimated)),
+        ("large discs", splat::quads_wgsl(Route::Atomic32)),
         ("resolve", splat::resolve_wgsl(SplatNormals::Eye)),
         ("resolve with normals", splat::resolve_wgsl(SplatNormals::Estimated)),
         ("fill", splat::FILL_WGSL.to_owned()),
@@ -52,6 +53,8 @@ fn every_shader_is_valid() {
     for normals in [SplatNormals::Eye, SplatNormals::Estimated] {
         let atomics = Capabilities::SHADER_INT64 | Capabilities::SHADER_INT64_ATOMIC_MIN_MAX;
         validate("splat by 64 bits", &splat::wgsl(Route::Atomic64, normals), webgpu | atomics);
+        let quads = splat::quads_wgsl(Route::Atomic64);
+        validate("large discs by 64 bits", &quads, webgpu | atomics);
     }
 }
 
@@ -98,8 +101,14 @@ fn mirrors_have_the_layout_of_their_shaders() {
             max_radius_px,
             push,
             push_on_plane,
-            padding,
+            most_pixels,
         ]
+    );
+    assert_mirrors!(
+        splat::quads_wgsl(Route::Atomic32),
+        "Large",
+        splat::quads::gpu_data::Large,
+        [middle, slope, lift, low, high, depth, index, conic, padding]
     );
     assert_mirrors!(
         splat::resolve_wgsl(SplatNormals::Eye),

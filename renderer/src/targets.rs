@@ -17,6 +17,8 @@ pub(crate) struct Targets {
     pub(crate) winners: wgpu::TextureView,
     pub(crate) winning_normals: wgpu::TextureView,
     pub(crate) nearest_points: Nearest,
+    /// Where quads of points are drawn, see [`splat::quads`].
+    pub(crate) canvas: wgpu::TextureView,
     pub(crate) positions: wgpu::TextureView,
     pub(crate) orientations: wgpu::TextureView,
     pub(crate) choice: wgpu::TextureView,
@@ -53,6 +55,7 @@ impl Targets {
             winners: view(splat::WINNERS_FORMAT, gbuffer_size, drawn),
             winning_normals: view(splat::WINNING_NORMALS_FORMAT, gbuffer_size, drawn),
             nearest_points: Nearest::new(gpu, gbuffer_size, route),
+            canvas: splat::quads::canvas(gpu, gbuffer_size),
             positions: view(surface::POSITION_FORMAT, picture_size, drawn),
             orientations: view(surface::ORIENTATION_FORMAT, picture_size, drawn),
             choice: view(shade::CHOICE_FORMAT, picture_size, target),

@@ -6,18 +6,20 @@
 //! of 64 bits or two phases of 32. The same pass fills the view's buffers and the photographs'
 //! depth maps.
 
-use wgpu::util::DeviceExt as _;
-
 use crate::camera::gpu_data::Camera;
 use crate::points::{DrawList, PointStore};
 use crate::settings::{SplatNormals, SplatRoute};
 use crate::{Gpu, Settings, camera, octahedral};
 
+use quads::Quads;
 use resolve::Resolve;
+use run::{Run, Uploaded};
 
 mod nearest;
+pub(crate) mod quads;
 pub(crate) mod reference;
 mod resolve;
+mod run;
 #[cfg(test)]
 mod tests;
 
@@ -29,7 +31,12 @@ pub(crate) use resolve::{gpu_data as resolve_data, wgsl as resolve_wgsl};
 /// The radius of the circle around a square pixel: smaller discs may miss every centre.
 pub(crate) const MIN_RADIUS_PX: f32 = 0.708;
 /// Largest radius of a disc on a view, pixels.
-pub(crate) const MAX_RADIUS_PX: f32 = 24.0;
+pub(crate) const MAX_RADIUS_PX: f32 = 96.0;
+/// Discs whose box has more pixels are drawn as quads, unless the settings say otherwise. On
+/// lavapipe quads are as fast from 1000 pixels on, and a tenth faster from 4000.
+const QUADS_FROM_PX_IN_SOFTWARE: u32 = 1024;
+/// On hardware the threads beside a large disc wait for its loop.
+const QUADS_FROM_PX: u32 = 128;
 /// Largest radius of a disc on a depth map, texels.
 pub(crate) const MAX_MAP_RADIUS_PX: f32 = 12.0;
 /// Largest radius of a disc on a depth map, metres.
@@ -46,18 +53,30 @@ pub(crate) const PLANE_WGSL: &str = include_str!("plane.wgsl");
 /// The shader that empties buffers.
 pub(crate) const FILL_WGSL: &str = include_str!("fill.wgsl");
 
-/// The shader that draws discs.
+/// The shader that draws discs by compute.
 pub(crate) fn wgsl(route: Route, normals: SplatNormals) -> String {
     let (octahedral, normals) = match normals {
         SplatNormals::Eye => ("", include_str!("eye.wgsl")),
         SplatNormals::Estimated => (octahedral::WGSL, include_str!("estimated.wgsl")),
     };
+    let (postpone, splat) = (include_str!("postpone.wgsl"), include_str!("splat.wgsl"));
+    [&disc_wgsl(route), octahedral, normals, postpone, splat].concat()
+}
+
+/// The shader that draws large discs as quads.
+pub(crate) fn quads_wgsl(route: Route) -> String {
+    [&disc_wgsl(route), include_str!("quads.wgsl")].concat()
+}
+
+/// What both need.
+fn disc_wgsl(route: Route) -> String {
     let nearest = match route {
         Route::Atomic32 => include_str!("nearest_32.wgsl"),
         Route::Atomic64 => include_str!("nearest_64.wgsl"),
     };
-    let (disc, splat) = (include_str!("disc.wgsl"), include_str!("splat.wgsl"));
-    [camera::WGSL, PLANE_WGSL, disc, octahedral, normals, nearest, splat].concat()
+    let (disc, large, job) =
+        (include_str!("disc.wgsl"), include_str!("large.wgsl"), include_str!("job.wgsl"));
+    [camera::WGSL, PLANE_WGSL, disc, large, job, nearest].concat()
 }
 
 pub(crate) mod gpu_data {
@@ -75,7 +94,7 @@ pub(crate) mod gpu_data {
         pub(crate) max_radius_px: f32,
         pub(crate) push: f32,
         pub(crate) push_on_plane: f32,
-        pub(crate) padding: u32,
+        pub(crate) most_pixels: u32,
     }
 }
 
@@ -86,6 +105,9 @@ pub(crate) struct SplatPass {
     atomic_32: wgpu::ComputePipeline,
     /// Where the device has such atomics.
     atomic_64: Option<wgpu::ComputePipeline>,
+    quads: Quads,
+    /// Discs of more pixels than this are drawn as quads.
+    most_pixels: u32,
     resolve: Resolve,
     fill: wgpu::ComputePipeline,
     /// Stands in for indices where only depth is wanted.
@@ -98,22 +120,7 @@ pub(crate) struct ViewTarget<'a> {
     pub(crate) nearest: &'a Nearest,
     pub(crate) winners: &'a wgpu::TextureView,
     pub(crate) winning_normals: &'a wgpu::TextureView,
-}
-
-/// A draw list on the device.
-struct Uploaded {
-    blocks: wgpu::Buffer,
-    placements: wgpu::Buffer,
-}
-
-/// One run over the points of a list.
-struct Run<'a> {
-    pipeline: &'a wgpu::ComputePipeline,
-    /// Bound from 4 on.
-    targets: Vec<wgpu::BufferBinding<'a>>,
-    phases: &'static [u32],
-    /// What all jobs share.
-    job: gpu_data::Job,
+    pub(crate) canvas: &'a wgpu::TextureView,
 }
 
 impl SplatPass {
@@ -133,12 +140,16 @@ impl SplatPass {
             })
         };
         let normals = settings.splat_normals;
+        let default_quads =
+            if gpu.is_software() { QUADS_FROM_PX_IN_SOFTWARE } else { QUADS_FROM_PX };
         Self {
             route: settings.splat_route,
             atomic_32: pipeline("splat", wgsl(Route::Atomic32, normals)),
             atomic_64: gpu
                 .has_64_bit_atomics()
                 .then(|| pipeline("splat", wgsl(Route::Atomic64, normals))),
+            quads: Quads::new(gpu),
+            most_pixels: settings.quads_from_px.unwrap_or(default_quads),
             resolve: Resolve::new(gpu, normals),
             fill: pipeline("fill", FILL_WGSL.to_owned()),
             no_indices: gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -178,8 +189,17 @@ impl SplatPass {
                 (Route::Atomic64, Some(pipeline)) => (pipeline, &[0]),
                 _ => (&self.atomic_32, &[0, 1]),
             };
-            let job = job(camera, camera.size[0], MAX_RADIUS_PX, [0.0; 2]);
-            let run = Run { pipeline, targets: target.nearest.bindings(), phases, job };
+            let run = Run {
+                pipeline,
+                targets: target.nearest.bindings(),
+                phases,
+                job: gpu_data::Job {
+                    most_pixels: self.most_pixels,
+                    ..job(camera, camera.size[0], MAX_RADIUS_PX, [0.0; 2])
+                },
+                quads: &self.quads,
+                canvas: (self.most_pixels < u32::MAX).then_some((target.nearest, target.canvas)),
+            };
             run.encode(gpu, encoder, store, list, uploaded);
         }
         let buffers = uploaded.as_ref().map(|uploaded| (&uploaded.blocks, &uploaded.placements));
@@ -204,6 +224,8 @@ impl SplatPass {
             targets: vec![depths.clone(), self.no_indices.as_entire_buffer_binding()],
             phases: &[0],
             job: job(camera, stride, MAX_MAP_RADIUS_PX, [MAP_PUSH, MAP_PUSH_ON_PLANE]),
+            quads: &self.quads,
+            canvas: None,
         };
         run.encode(gpu, encoder, store, list, &uploaded);
     }
@@ -231,74 +253,6 @@ impl SplatPass {
     }
 }
 
-impl Run<'_> {
-    /// Every phase over every page.
-    fn encode(
-        self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-        store: &PointStore,
-        list: &DrawList,
-        uploaded: &Uploaded,
-    ) {
-        let jobs: Vec<_> = self
-            .phases
-            .iter()
-            .flat_map(|&phase| list.pages.iter().map(move |(page, blocks)| (phase, *page, blocks)))
-            .collect();
-        let padded: Vec<PaddedJob> = jobs
-            .iter()
-            .map(|&(phase, _, blocks)| {
-                let job = gpu_data::Job { phase, first_block: blocks.start, ..self.job };
-                PaddedJob { job, padding: [0; _] }
-            })
-            .collect();
-        let uniforms = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("splat jobs"),
-            contents: bytemuck::cast_slice(&padded),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(self.pipeline);
-        for ((_, page, blocks), offset) in jobs.into_iter().zip((0..).step_by(JOB_STRIDE)) {
-            let job = wgpu::BufferBinding {
-                buffer: &uniforms,
-                offset,
-                size: std::num::NonZero::new(size_of::<gpu_data::Job>() as u64),
-            };
-            let (points, normals) = store.page(page);
-            let mut entries = vec![
-                entry(0, wgpu::BindingResource::Buffer(job)),
-                entry(1, points.as_entire_binding()),
-                entry(2, uploaded.blocks.as_entire_binding()),
-                entry(3, uploaded.placements.as_entire_binding()),
-            ];
-            for (target, binding) in self.targets.iter().zip(4..) {
-                entries.push(entry(binding, wgpu::BindingResource::Buffer(target.clone())));
-            }
-            entries.extend(normals.map(|normals| entry(6, normals.as_entire_binding())));
-            let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("splat"),
-                layout: &self.pipeline.get_bind_group_layout(0),
-                entries: &entries,
-            });
-            pass.set_bind_group(0, &bind_group, &[]);
-            // A page has at most 8192 blocks, far below the limit of a row of workgroups.
-            pass.dispatch_workgroups(blocks.len() as u32, 1, 1);
-        }
-    }
-}
-
-/// Uniforms start at multiples of this on every device.
-const JOB_STRIDE: usize = 256;
-
-#[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct PaddedJob {
-    job: gpu_data::Job,
-    padding: [u32; (JOB_STRIDE - size_of::<gpu_data::Job>()) / 4],
-}
-
 /// A job for all points. `push`: of discs that face the eye, and of those on a plane.
 fn job(camera: &Camera, stride: u32, max_radius_px: f32, push: [f32; 2]) -> gpu_data::Job {
     gpu_data::Job {
@@ -310,24 +264,7 @@ fn job(camera: &Camera, stride: u32, max_radius_px: f32, push: [f32; 2]) -> gpu_
         max_radius_px,
         push: push[0],
         push_on_plane: push[1],
-        padding: 0,
-    }
-}
-
-impl Uploaded {
-    /// `None` for an empty list: buffers cannot be empty.
-    fn new(gpu: &Gpu, list: &DrawList) -> Option<Self> {
-        let buffer = |contents: &[u8]| {
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("point draw list"),
-                contents,
-                usage: wgpu::BufferUsages::STORAGE,
-            })
-        };
-        (!list.blocks.is_empty()).then(|| Self {
-            blocks: buffer(bytemuck::cast_slice(&list.blocks)),
-            placements: buffer(bytemuck::cast_slice(&list.placements)),
-        })
+        most_pixels: u32::MAX,
     }
 }
 

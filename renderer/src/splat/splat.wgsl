@@ -1,24 +1,6 @@
-// Points as discs. One thread a point. Needs camera.wgsl, plane.wgsl, disc.wgsl, one of
-// nearest_32.wgsl and nearest_64.wgsl, and one of eye.wgsl and estimated.wgsl.
-
-// Mirrors `gpu_data::Job` in splat/mod.rs.
-struct Job {
-    camera: Camera,
-    // 0: nearest depth. 1: lowest index among those at that depth.
-    phase: u32,
-    // First of this job's blocks in `blocks`.
-    first_block: u32,
-    // Texels a row of the target.
-    stride: u32,
-    // Smallest radius, pixels: one that surely covers a pixel centre.
-    min_radius_px: f32,
-    max_radius_px: f32,
-    // Depths are pushed back by this share of the radius: of discs that face the eye, and of
-    // those on the plane of a normal.
-    push: f32,
-    push_on_plane: f32,
-    padding: u32,
-}
+// Points as discs. One thread a point. Needs camera.wgsl, plane.wgsl, disc.wgsl, large.wgsl,
+// postpone.wgsl, job.wgsl, one of nearest_32.wgsl and nearest_64.wgsl, and one of eye.wgsl and
+// estimated.wgsl.
 
 const BLOCK_POINTS: u32 = 256u;
 
@@ -58,14 +40,23 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     if !(extent.low.x <= extent.high.x && extent.low.y <= extent.high.y) {
         return;
     }
-    let push = select(job.push_on_plane, job.push, all(n == vec3(0.0))) * radius;
+    let columns = extent.high.x - extent.low.x + 1.0;
+    let pixels = u32(columns * (extent.high.y - extent.low.y + 1.0));
     let index = entry * BLOCK_POINTS + lane;
-    for (var y = extent.low.y; y <= extent.high.y; y += 1.0) {
-        for (var x = extent.low.x; x <= extent.high.x; x += 1.0) {
-            let depth = depth_at(disc, vec2(x, y));
-            if depth > 0.0 {
-                offer(u32(y) * job.stride + u32(x), depth + push, index);
-            }
+    if pixels > job.most_pixels && postponed(disc, extent, index) {
+        return;
+    }
+    let push = select(job.push_on_plane, job.push, all(n == vec3(0.0))) * radius;
+    // One loop: two would wait for the widest disc of a group of threads in every row.
+    var at = extent.low;
+    for (var i = 0u; i < pixels; i++) {
+        let depth = depth_at(disc, at);
+        if depth > 0.0 {
+            offer(u32(at.y) * job.stride + u32(at.x), depth + push, index);
+        }
+        at.x += 1.0;
+        if at.x > extent.high.x {
+            at = vec2(extent.low.x, at.y + 1.0);
         }
     }
 }

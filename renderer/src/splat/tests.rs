@@ -57,10 +57,15 @@ fn drawn(
     gpu: &Gpu,
     camera: &PosedCamera,
     chunk: &PointChunk,
-    route: SplatRoute,
+    way: Way,
     normals: SplatNormals,
 ) -> Vec<(u32, u32)> {
-    let settings = Settings { splat_route: route, splat_normals: normals, ..Settings::default() };
+    let settings = Settings {
+        splat_route: way.route,
+        quads_from_px: Some(way.quads_from_px),
+        splat_normals: normals,
+        ..Settings::default()
+    };
     let pinhole = Pinhole::for_view(&camera.lens, 4096, 1 << 20).expect("a pinhole");
     let mut store = PointStore::new(normals);
     store.insert(gpu, &settings, chunk).expect("good points");
@@ -73,6 +78,7 @@ fn drawn(
         nearest: &targets.nearest_points,
         winners: &targets.winners,
         winning_normals: &targets.winning_normals,
+        canvas: &targets.canvas,
     };
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let data = Camera::new(camera, &pinhole);
@@ -81,15 +87,24 @@ fn drawn(
     targets.nearest_points.pairs(gpu)
 }
 
-/// The routes that the device has, by name; says which it lacks.
-fn routes() -> Vec<SplatRoute> {
+/// How the same picture comes about.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    route: SplatRoute,
+    quads_from_px: u32,
+}
+
+/// The ways that the device has, from no quads to nothing else; says what it lacks.
+fn ways() -> Vec<Way> {
     let mut routes = vec![SplatRoute::Atomic32];
     if gpu().has_64_bit_atomics() {
         routes.push(SplatRoute::Atomic64);
     } else {
         println!("skipped: {} has no atomics of 64 bits", gpu().adapter_name());
     }
-    routes
+    let quads = [u32::MAX, 12, 0];
+    let with = |route| quads.map(|quads_from_px| Way { route, quads_from_px });
+    routes.into_iter().flat_map(with).collect()
 }
 
 /// The points of a chunk as the reference takes them, with the radius that the store gives
@@ -133,7 +148,7 @@ struct Compared {
     undecided: usize,
 }
 
-/// Holds what the device shows of a chunk, by every route, against the reference.
+/// Holds what the device shows of a chunk, by every way, against the reference.
 fn compare(camera: &PosedCamera, chunk: &PointChunk, normals: SplatNormals) -> Compared {
     let pinhole = Pinhole::for_view(&camera.lens, 4096, 1 << 20).expect("a pinhole");
     let points = reference_points(camera, &pinhole, chunk, normals);
@@ -142,9 +157,9 @@ fn compare(camera: &PosedCamera, chunk: &PointChunk, normals: SplatNormals) -> C
     };
     let (inner, outer) = (scaled(1.0 - DISC_BORDER), scaled(1.0 + DISC_BORDER));
     let shown: Vec<_> =
-        routes().into_iter().map(|route| drawn(gpu(), camera, chunk, route, normals)).collect();
-    for other in &shown[1..] {
-        assert!(shown[0] == *other, "the routes differ");
+        ways().into_iter().map(|way| drawn(gpu(), camera, chunk, way, normals)).collect();
+    for (other, way) in shown.iter().zip(ways()) {
+        assert!(shown[0] == *other, "{way:?} differs");
     }
     let mut compared = Compared { covered: 0, undecided: 0 };
     for (i, (depth, index)) in shown[0].iter().copied().enumerate() {

@@ -82,10 +82,9 @@ fn points_that_are_no_numbers_are_dropped_and_counted() {
     store.insert(gpu(), &settings, &bad).expect("the rest is good");
     assert_eq!((store.point_count(), store.refused), (3, 3));
     let good = chunk(&camera, &[(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO)], 0.1);
-    for (normals, route) in BOTH.into_iter().flat_map(|n| routes().into_iter().map(move |r| (n, r)))
-    {
-        let shown = drawn(gpu(), &camera, &bad, route, normals);
-        assert!(shown == drawn(gpu(), &camera, &good, route, normals), "{normals:?} {route:?}");
+    for (normals, way) in BOTH.into_iter().flat_map(|n| ways().into_iter().map(move |r| (n, r))) {
+        let shown = drawn(gpu(), &camera, &bad, way, normals);
+        assert!(shown == drawn(gpu(), &camera, &good, way, normals), "{normals:?} {way:?}");
     }
 }
 
@@ -96,8 +95,8 @@ fn no_points_and_one_point() {
     for normals in BOTH {
         let compared = compare(&camera, &chunk(&camera, &one, 0.2), normals);
         assert!(compared.covered >= 4, "{compared:?}");
-        for route in routes() {
-            let shown = drawn(gpu(), &camera, &chunk(&camera, &[], 0.2), route, normals);
+        for way in ways() {
+            let shown = drawn(gpu(), &camera, &chunk(&camera, &[], 0.2), way, normals);
             assert!(shown.iter().all(|&(_, index)| index == u32::MAX));
         }
     }
@@ -120,13 +119,13 @@ fn a_million_points_on_one_pixel() {
         .collect();
     points.normals = vec![[0.0; 3]; points.positions.len()];
     let pixel = (29 * SIZE.x + 51) as usize;
-    let shown: Vec<_> = routes()
+    let shown: Vec<_> = ways()
         .into_iter()
-        .map(|route| drawn(gpu(), &camera, &points, route, SplatNormals::Eye))
+        .map(|way| drawn(gpu(), &camera, &points, way, SplatNormals::Eye))
         .collect();
-    for by_route in &shown {
-        assert_eq!(by_route[pixel].1, nearest[0] as u32);
-        assert!(*by_route == shown[0], "the routes differ");
+    for (found, way) in shown.iter().zip(ways()) {
+        assert_eq!(found[pixel].1, nearest[0] as u32);
+        assert!(*found == shown[0], "{way:?} differs");
     }
 }
 
@@ -139,12 +138,12 @@ fn of_two_surfaces_a_millimetre_apart_the_nearer_is_seen() {
     let points: Vec<_> = wall(10.001).into_iter().chain(wall(10.0)).collect();
     let first_of_nearer = points.len() as u32 / 2;
     let points = chunk(&camera, &points, 0.04);
-    for route in routes() {
-        let shown = drawn(gpu(), &camera, &points, route, SplatNormals::Estimated);
+    for way in ways() {
+        let shown = drawn(gpu(), &camera, &points, way, SplatNormals::Estimated);
         let seen: Vec<_> = shown.iter().filter(|&&(_, index)| index != u32::MAX).collect();
         assert!(seen.len() > 600, "{} pixels", seen.len());
         for &&(_, index) in &seen {
-            assert!(index >= first_of_nearer, "{index} of the farther wall, by {route:?}");
+            assert!(index >= first_of_nearer, "{index} of the farther wall, by {way:?}");
         }
     }
 }
@@ -195,8 +194,8 @@ fn a_pole_stays_thin_and_whole() {
     let disc_px = 0.011 * lens.fx / depth_m;
     let half_px = radius_m * lens.fx / depth_m;
     for normals in BOTH {
-        for route in routes() {
-            let shown = drawn(gpu(), &camera, &points, route, normals);
+        for way in ways() {
+            let shown = drawn(gpu(), &camera, &points, way, normals);
             for y in 10..50 {
                 let on_pole: Vec<u32> =
                     (0..SIZE.x).filter(|x| shown[(y * SIZE.x + x) as usize].1 < pole).collect();

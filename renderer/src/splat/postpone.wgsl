@@ -1,0 +1,28 @@
+// Puts large discs on a list. Needs large.wgsl.
+
+// Arguments of an indirect draw: vertices, instances, first vertex, first instance.
+@group(0) @binding(7) var<storage, read_write> draw: array<atomic<u32>, 4>;
+@group(0) @binding(8) var<storage, read_write> large: array<Large>;
+
+// Whether there was room.
+fn postponed(disc: Disc, extent: Extent, index: u32) -> bool {
+    let capacity = arrayLength(&large);
+    let slot = atomicAdd(&draw[1], 1u);
+    if slot >= capacity {
+        // However many came too late, their last word is this.
+        atomicMin(&draw[1], capacity);
+        return false;
+    }
+    large[slot] = Large(
+        disc.middle,
+        disc.slope,
+        disc.lift,
+        extent.low,
+        extent.high,
+        disc.depth,
+        index,
+        disc.conic,
+        0u,
+    );
+    return true;
+}

@@ -1,0 +1,132 @@
+//! Runs over the points of a list.
+
+use wgpu::util::DeviceExt as _;
+
+use super::quads::Quads;
+use super::{Nearest, entry, gpu_data};
+use crate::Gpu;
+use crate::points::{DrawList, PointStore};
+
+/// Uniforms start at multiples of this on every device.
+const JOB_STRIDE: usize = 256;
+
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct PaddedJob {
+    job: gpu_data::Job,
+    padding: [u32; (JOB_STRIDE - size_of::<gpu_data::Job>()) / 4],
+}
+
+/// A draw list on the device.
+#[derive(Debug)]
+pub(super) struct Uploaded {
+    pub(super) blocks: wgpu::Buffer,
+    pub(super) placements: wgpu::Buffer,
+}
+
+impl Uploaded {
+    /// `None` for an empty list: buffers cannot be empty.
+    pub(super) fn new(gpu: &Gpu, list: &DrawList) -> Option<Self> {
+        let buffer = |contents: &[u8]| {
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("point draw list"),
+                contents,
+                usage: wgpu::BufferUsages::STORAGE,
+            })
+        };
+        (!list.blocks.is_empty()).then(|| Self {
+            blocks: buffer(bytemuck::cast_slice(&list.blocks)),
+            placements: buffer(bytemuck::cast_slice(&list.placements)),
+        })
+    }
+}
+
+/// One run over the points of a list.
+pub(super) struct Run<'a> {
+    pub(super) pipeline: &'a wgpu::ComputePipeline,
+    /// Bound from 4 on.
+    pub(super) targets: Vec<wgpu::BufferBinding<'a>>,
+    pub(super) phases: &'static [u32],
+    /// What all jobs share.
+    pub(super) job: gpu_data::Job,
+    pub(super) quads: &'a Quads,
+    /// Where quads are drawn, if the job leaves any discs to them.
+    pub(super) canvas: Option<(&'a Nearest, &'a wgpu::TextureView)>,
+}
+
+impl Run<'_> {
+    /// Every phase over every page, and then over the large discs.
+    pub(super) fn encode(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        store: &PointStore,
+        list: &DrawList,
+        uploaded: &Uploaded,
+    ) {
+        let jobs: Vec<PaddedJob> = self
+            .phases
+            .iter()
+            .flat_map(|&phase| list.pages.iter().map(move |(_, blocks)| (phase, blocks.start)))
+            .map(|(phase, first_block)| {
+                let job = gpu_data::Job { phase, first_block, ..self.job };
+                PaddedJob { job, padding: [0; _] }
+            })
+            .collect();
+        let jobs = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("splat jobs"),
+            contents: bytemuck::cast_slice(&jobs),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let mut offsets = (0..).step_by(JOB_STRIDE);
+        for _ in self.phases {
+            let mut job = None;
+            self.quads.reset(encoder);
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(self.pipeline);
+            for ((page, blocks), offset) in list.pages.iter().zip(&mut offsets) {
+                let binding = wgpu::BufferBinding {
+                    buffer: &jobs,
+                    offset,
+                    size: std::num::NonZero::new(size_of::<gpu_data::Job>() as u64),
+                };
+                let bind_group = self.bind_group(gpu, store, *page, uploaded, binding.clone());
+                pass.set_bind_group(0, &bind_group, &[]);
+                // A page has at most 8192 blocks, far below the limit of a row of workgroups.
+                pass.dispatch_workgroups(blocks.len() as u32, 1, 1);
+                job = Some(binding);
+            }
+            drop(pass);
+            if let (Some(job), Some((nearest, canvas))) = (job, self.canvas) {
+                self.quads.draw(gpu, encoder, job, nearest, canvas);
+            }
+        }
+    }
+
+    fn bind_group(
+        &self,
+        gpu: &Gpu,
+        store: &PointStore,
+        page: usize,
+        uploaded: &Uploaded,
+        job: wgpu::BufferBinding<'_>,
+    ) -> wgpu::BindGroup {
+        let (points, normals) = store.page(page);
+        let mut entries = vec![
+            entry(0, wgpu::BindingResource::Buffer(job)),
+            entry(1, points.as_entire_binding()),
+            entry(2, uploaded.blocks.as_entire_binding()),
+            entry(3, uploaded.placements.as_entire_binding()),
+        ];
+        for (target, binding) in self.targets.iter().zip(4..) {
+            entries.push(entry(binding, wgpu::BindingResource::Buffer(target.clone())));
+        }
+        entries.extend(normals.map(|normals| entry(6, normals.as_entire_binding())));
+        entries.extend(self.quads.bindings());
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("splat"),
+            layout: &self.pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        })
+    }
+}
