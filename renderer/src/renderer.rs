@@ -247,17 +247,20 @@ impl Renderer {
             stages.ended("sprites")?;
         }
 
-        let drawn: Vec<(&Photograph, Drawn)> = selected
+        let drawn: Vec<((&Photograph, usize), Drawn)> = selected
             .iter()
             .filter_map(|(id, photograph, standing)| {
                 let layer = self.maps.layer(id)?;
                 let gain = if settings.exposure_gains { self.gains.of(id) } else { [1.0; 3] };
                 let mark = mark(id);
-                Some((*photograph, Drawn::new(photograph, eye, *standing, layer, gain, mark)))
+                let drawn = Drawn::new(photograph, eye, *standing, layer, gain, mark);
+                Some(((*photograph, standing.rig), drawn))
             })
             .collect();
-        let (seen, photographs): (Vec<&Photograph>, Vec<Drawn>) = drawn.into_iter().unzip();
-        let tiles = self.tile_pass.lists(gpu, stages.encoder(), &seen, eye, targets);
+        let (seen, photographs): (Vec<_>, Vec<Drawn>) = drawn.into_iter().unzip();
+        // Sprites look for what was chosen everywhere.
+        let apart = sprites.is_none();
+        let tiles = self.tile_pass.lists(gpu, stages.encoder(), &seen, apart, eye, targets);
         stages.ended("tiles")?;
         let frame = shade::gpu_data::Frame {
             forward: camera.forward,

@@ -28,7 +28,6 @@ fn sources() -> Vec<(&'static str, String)> {
         ("gather", forward::gather_wgsl()),
         ("homography", sprites_wgsl(Texturing::Homography)),
         ("barycentric", sprites_wgsl(Texturing::Barycentric)),
-        ("forget", shade::FORGET_WGSL.to_owned()),
         ("lens", lens::WGSL.to_owned()),
         ("depth_map", depth_map::WGSL.to_owned()),
         ("spread", gains::measure::spread_wgsl()),
@@ -136,8 +135,18 @@ fn mirrors_have_the_layout_of_their_shaders() {
             [camera, index_stride, padding_0, padding_1, padding_2]
         );
     }
-    assert_mirrors!(tiles::WGSL, "Frame", tiles::gpu_data::Frame, [size, columns, tile_count]);
-    assert_mirrors!(tiles::WGSL, "Pyramid", tiles::gpu_data::Pyramid, [planes]);
+    assert_mirrors!(
+        tiles::WGSL,
+        "Frame",
+        tiles::gpu_data::Frame,
+        [size, columns, tile_count, photograph_count, apart, padding]
+    );
+    assert_mirrors!(
+        tiles::WGSL,
+        "Pyramid",
+        tiles::gpu_data::Pyramid,
+        [planes, rig, padding_0, padding_1, padding_2]
+    );
     assert_mirrors!(
         tiles::WGSL,
         "Draw",
@@ -175,9 +184,9 @@ fn mirrors_have_the_layout_of_their_shaders() {
             mark,
             rig_weight,
             closeness,
-            padding_0,
-            padding_1,
-            padding_2
+            rig_floor,
+            rig_step,
+            padding
         ]
     );
 }

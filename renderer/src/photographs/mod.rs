@@ -118,7 +118,7 @@ impl PhotographStore {
             .zip(nearest.into_iter().take(rigs))
             .flat_map(|(rig, (nearest_2, photographs))| {
                 let weight = rig_weight(nearest_2.sqrt(), left_out_2.sqrt());
-                let standing = Standing { rig, nearest_2, weight };
+                let standing = Standing { rig, rigs, nearest_2, weight };
                 photographs.into_iter().map(move |(id, photograph)| (id, photograph, standing))
             })
             .filter(|(_, photograph, _)| photograph.frustum.meets(view))

@@ -6,5 +6,6 @@
 fn fs(@builtin(position) at: vec4<f32>) -> @builtin(frag_depth) f32 {
     let place = textureLoad(positions, vec2<i32>(at.xy), 0);
     let border = projected(bitcast<vec3<f32>>(place.xyz)).border;
-    return select(0.0, rig_score(border, photograph.closeness), place.w != 0u);
+    let depth = photograph.rig_floor + photograph.rig_step * rig_score(border, photograph.closeness);
+    return select(0.0, depth, place.w != 0u && border > 0.0);
 }

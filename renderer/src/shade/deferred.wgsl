@@ -14,5 +14,8 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     if POINTS_APART && place.kind == SHOWS_POINT {
         discard;
     }
-    return weighted_colour(place, projected(place.position), dot(frame.forward, place.position));
+    let colour =
+        weighted_colour(place, projected(place.position), dot(frame.forward, place.position));
+    // Tiles that a photograph has to itself are drawn whole.
+    return select(vec4(0.0), colour, place.kind != SHOWS_NOTHING);
 }

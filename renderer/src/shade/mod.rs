@@ -2,6 +2,8 @@
 //!
 //! One rig after the other: a depth test finds the camera that sees each pixel's place best,
 //! and its stencil remembers which; then each camera adds its weighted colour where it won.
+//! Later rigs compare at larger depths, so that nothing has to be cleared between them, and
+//! tiles that one camera of a rig alone can see need no choice.
 //! Drawing one photograph at a time keeps everything about it constant for the device, and the
 //! early stencil test skips the pixels of its rivals: on software devices both count for more
 //! than the extra passes. Last, the sums become a picture.
@@ -40,8 +42,8 @@ pub(crate) const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba
 pub(crate) const CHOICE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
 /// Bytes between photographs in their uniform buffer: no device wants more.
 pub(crate) const PHOTOGRAPH_STRIDE: usize = 256;
-/// Cameras of a rig that its stencil can tell apart.
-const MAX_CAMERAS: u32 = 255;
+/// Photographs that a stencil can tell apart.
+const MAX_PHOTOGRAPHS: u32 = 255;
 
 /// The shader that finds the best camera of a rig.
 pub(crate) fn choose_wgsl() -> String {
@@ -72,9 +74,6 @@ pub(crate) fn compose_wgsl() -> String {
     [octahedral::WGSL, PLACE_WGSL, include_str!("compose.wgsl")].concat()
 }
 
-/// The shader that forgets a rig's choice.
-pub(crate) const FORGET_WGSL: &str = include_str!("forget.wgsl");
-
 pub(crate) mod gpu_data {
     /// Mirrors `Frame` in photograph.wgsl and compose.wgsl.
     #[repr(C)]
@@ -96,7 +95,6 @@ pub(crate) struct ShadePass {
     layouts: Layouts,
     choose: wgpu::ShaderModule,
     colour: wgpu::ShaderModule,
-    forget: wgpu::RenderPipeline,
     compose: ScreenPass,
     filtering: wgpu::Sampler,
     blend_format: wgpu::TextureFormat,
@@ -114,8 +112,20 @@ struct Layouts {
 #[derive(Clone, Debug)]
 struct Pipelines {
     choose: wgpu::RenderPipeline,
-    colour: wgpu::RenderPipeline,
+    chosen: wgpu::RenderPipeline,
+    alone: wgpu::RenderPipeline,
     sprites: Option<wgpu::RenderPipeline>,
+}
+
+/// What is done with the photographs of a rig, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    /// In tiles that several of them can see: which of them sees each pixel's place best.
+    Choose,
+    /// In the same tiles: colours, each where it was chosen.
+    Chosen,
+    /// In tiles that only one of them can see: its colours.
+    Alone,
 }
 
 /// What a frame's photographs are drawn with.
@@ -140,22 +150,10 @@ impl ShadePass {
             })
         };
         let blend_format = blend_format(gpu);
-        let forget = module("forget", FORGET_WGSL.to_owned());
         Self {
             layouts: Layouts::new(gpu),
             choose: module("choose", choose_wgsl()),
             colour: module("colour", deferred_wgsl()),
-            forget: pipeline(
-                gpu,
-                PipelineKind { label: "forget", ..PipelineKind::of(&forget) },
-                &[],
-                wgpu::ColorTargetState {
-                    format: blend_format,
-                    blend: None,
-                    write_mask: wgpu::ColorWrites::empty(),
-                },
-                depth_stencil(true, wgpu::CompareFunction::Always, replace_always()),
-            ),
             compose: screen_pass(gpu, "compose", &compose_wgsl(), &[PICTURE_FORMAT]),
             filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("photographs"),
@@ -206,31 +204,27 @@ impl ShadePass {
             ..Default::default()
         });
         let Some(tiles) = sources.tiles else { return };
-        let numbered: Vec<(u32, &Drawn)> = (0..).zip(sources.photographs).collect();
+        let numbered: Vec<(u32, &Drawn)> = (0..MAX_PHOTOGRAPHS).zip(sources.photographs).collect();
+        pass.set_bind_group(0, &groups.frame, &[]);
         for rig in numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig) {
-            if rig[0].0 > 0 {
-                pass.set_pipeline(&self.forget);
-                pass.set_stencil_reference(0);
-                pass.draw(0..3, 0..1);
-            }
-            pass.set_bind_group(0, &groups.frame, &[]);
-            for colours in [false, true] {
-                for ((index, drawn), reference) in rig.iter().zip(1..=MAX_CAMERAS) {
+            for step in [Step::Choose, Step::Chosen, Step::Alone] {
+                for (index, drawn) in rig {
                     let key = (drawn.data.lens.model, texturing);
                     let Some(all) = pipelines.get(&key) else { continue };
-                    pass.set_pipeline(if colours { &all.colour } else { &all.choose });
-                    pass.set_bind_group(
-                        1,
-                        &groups.photographs,
-                        &[index * PHOTOGRAPH_STRIDE as u32],
-                    );
-                    if colours {
+                    pass.set_pipeline(match step {
+                        Step::Choose => &all.choose,
+                        Step::Chosen => &all.chosen,
+                        Step::Alone => &all.alone,
+                    });
+                    let offset = index * PHOTOGRAPH_STRIDE as u32;
+                    pass.set_bind_group(1, &groups.photographs, &[offset]);
+                    if step != Step::Choose {
                         pass.set_bind_group(2, &groups.atlases[drawn.atlas], &[]);
                     }
-                    pass.set_stencil_reference(reference);
-                    tiles.draw(&mut pass, *index);
+                    pass.set_stencil_reference(index + 1);
+                    tiles.draw(&mut pass, *index, step == Step::Alone);
                     let sprites = sources.sprites.zip(all.sprites.as_ref());
-                    if let (true, Some((sprites, pipeline))) = (colours, sprites) {
+                    if let (Step::Chosen, Some((sprites, pipeline))) = (step, sprites) {
                         pass.set_pipeline(pipeline);
                         pass.set_bind_group(3, &sprites.group, &[]);
                         pass.draw_indirect(&sprites.arguments, 0);
@@ -293,7 +287,7 @@ impl ShadePass {
             compare: wgpu::CompareFunction::Equal,
             ..wgpu::StencilFaceState::IGNORE
         };
-        let adding = |kind: PipelineKind<'_>, constants: &[(&str, f64)]| {
+        let adding = |kind: PipelineKind<'_>, constants: &[(&str, f64)], stencil| {
             let add = wgpu::BlendComponent {
                 src_factor: wgpu::BlendFactor::One,
                 dst_factor: wgpu::BlendFactor::One,
@@ -308,7 +302,7 @@ impl ShadePass {
                     blend: Some(wgpu::BlendState { color: add, alpha: add }),
                     write_mask: wgpu::ColorWrites::ALL,
                 },
-                depth_stencil(false, wgpu::CompareFunction::Always, chosen),
+                depth_stencil(false, wgpu::CompareFunction::Always, stencil),
             )
         };
         let kind = |label, layout, module| PipelineKind {
@@ -329,7 +323,12 @@ impl ShadePass {
                 },
                 depth_stencil(true, wgpu::CompareFunction::Greater, replace_always()),
             ),
-            colour: adding(kind("colour", &colour, &self.colour), &[lens, points_apart]),
+            chosen: adding(kind("chosen", &colour, &self.colour), &[lens, points_apart], chosen),
+            alone: adding(
+                kind("alone", &colour, &self.colour),
+                &[lens, points_apart],
+                wgpu::StencilFaceState::IGNORE,
+            ),
             sprites: sprites.map(|sprites| {
                 let groups = [frame, photograph, atlas, sprites.layout].map(Some);
                 let kind = PipelineKind {
@@ -338,7 +337,7 @@ impl ShadePass {
                     entry_points: ["sprite_vs", "sprite_fs"],
                     ..PipelineKind::of(sprites.module)
                 };
-                adding(kind, &[lens])
+                adding(kind, &[lens], chosen)
             }),
         }
     }

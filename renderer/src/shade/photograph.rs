@@ -31,9 +31,9 @@ pub(crate) mod gpu_data {
         pub(crate) mark: [f32; 3],
         pub(crate) rig_weight: f32,
         pub(crate) closeness: f32,
-        pub(crate) padding_0: u32,
-        pub(crate) padding_1: u32,
-        pub(crate) padding_2: u32,
+        pub(crate) rig_floor: f32,
+        pub(crate) rig_step: f32,
+        pub(crate) padding: u32,
     }
 }
 
@@ -51,6 +51,8 @@ pub(crate) struct Drawn {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Standing {
     pub(crate) rig: usize,
+    /// How many there are.
+    pub(crate) rigs: usize,
     /// Squared distance from the eye to the nearest camera of the rig, metres.
     pub(crate) nearest_2: f64,
     /// See [`rig_weight`].
@@ -119,6 +121,8 @@ impl Drawn {
             max_lod: place.size.min_element().ilog2().min(atlas::MAX_LOD) as f32,
             mark,
             rig_weight: standing.weight as f32,
+            rig_floor: standing.rig as f32 / standing.rigs as f32,
+            rig_step: 1.0 / standing.rigs as f32,
             closeness: closeness(centre.length_squared(), standing.nearest_2) as f32,
             ..Default::default()
         };

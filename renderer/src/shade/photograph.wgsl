@@ -31,9 +31,11 @@ struct Photograph {
     rig_weight: f32,
     // How near the eye is to it, compared with the nearest of its rig, 0 to 1.
     closeness: f32,
-    padding_0: u32,
-    padding_1: u32,
-    padding_2: u32,
+    // How well it sees is compared as a depth from the first to the sum of both: above all that
+    // rigs before its own have left.
+    rig_floor: f32,
+    rig_step: f32,
+    padding: u32,
 }
 
 // Mirrors `gpu_data::Frame` in shade/mod.rs.

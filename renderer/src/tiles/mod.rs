@@ -27,6 +27,9 @@ pub(crate) mod gpu_data {
         pub(crate) size: [u32; 2],
         pub(crate) columns: u32,
         pub(crate) tile_count: u32,
+        pub(crate) photograph_count: u32,
+        pub(crate) apart: u32,
+        pub(crate) padding: [u32; 2],
     }
 
     /// Mirrors `Pyramid` in tiles.wgsl.
@@ -34,6 +37,10 @@ pub(crate) mod gpu_data {
     #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
     pub(crate) struct Pyramid {
         pub(crate) planes: [[f32; 4]; 5],
+        pub(crate) rig: u32,
+        pub(crate) padding_0: u32,
+        pub(crate) padding_1: u32,
+        pub(crate) padding_2: u32,
     }
 
     /// Mirrors `Draw` in tiles.wgsl, and what an indirect draw reads.
@@ -64,13 +71,14 @@ pub(crate) struct TileLists {
 }
 
 impl TileLists {
-    /// Draws a strip of four corners over each tile of the photograph `index`; the tile, column
+    /// Draws a strip of four corners over each tile of the photograph `index`, of those that it
+    /// has to itself or of those that it shares with others of its rig; the tile, column
     /// in the low half and row in the high, is the attribute of vertex buffer 0.
-    pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, index: u32) {
-        let first = u64::from(index) * u64::from(self.tile_count) * 4;
-        let end = first + u64::from(self.tile_count) * 4;
-        pass.set_vertex_buffer(0, self.lists.slice(first..end));
-        pass.draw_indirect(&self.draws, u64::from(index) * size_of::<gpu_data::Draw>() as u64);
+    pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, index: u32, alone: bool) {
+        let draw = 2 * u64::from(index) + u64::from(alone);
+        let bytes = u64::from(self.tile_count) * 4;
+        pass.set_vertex_buffer(0, self.lists.slice(draw * bytes..(draw + 1) * bytes));
+        pass.draw_indirect(&self.draws, draw * size_of::<gpu_data::Draw>() as u64);
     }
 }
 
@@ -99,13 +107,15 @@ impl TilePass {
         Self { bound: pipeline("bound"), list: pipeline("list"), layout }
     }
 
-    /// Lists the tiles of `photographs` for the places in `targets`, which are relative to
-    /// `eye`; `None` where there is no photograph.
+    /// Lists the tiles of `photographs`, each with its rig, for the places in `targets`, which
+    /// are relative to `eye`; `None` where there is no photograph. Those that a photograph has
+    /// to itself are listed apart where that is wanted.
     pub(crate) fn lists(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        photographs: &[&Photograph],
+        photographs: &[(&Photograph, usize)],
+        apart: bool,
         eye: DVec3,
         targets: &Targets,
     ) -> Option<TileLists> {
@@ -113,7 +123,7 @@ impl TilePass {
         let tiles = size.map(|side| side.div_ceil(TILE));
         let tile_count = tiles.element_product();
         let pyramids: Vec<_> =
-            photographs.iter().map(|photograph| pyramid(photograph, eye)).collect();
+            photographs.iter().map(|(photograph, rig)| pyramid(photograph, *rig, eye)).collect();
         if pyramids.is_empty() {
             return None;
         }
@@ -139,13 +149,20 @@ impl TilePass {
             })
         };
         use wgpu::BufferUsages as Usage;
-        let frame = gpu_data::Frame { size: size.to_array(), columns: tiles.x, tile_count };
+        let frame = gpu_data::Frame {
+            size: size.to_array(),
+            columns: tiles.x,
+            tile_count,
+            photograph_count: pyramids.len() as u32,
+            apart: u32::from(apart),
+            padding: [0; 2],
+        };
         let frame = filled(bytemuck::bytes_of(&frame), Usage::UNIFORM);
         let boxes = empty(u64::from(tile_count) * 32, Usage::STORAGE);
         let pyramids_on_device = filled(bytemuck::cast_slice(&pyramids), Usage::STORAGE);
-        let draws = vec![nothing; pyramids.len()];
+        let draws = vec![nothing; 2 * pyramids.len()];
         let draws = filled(bytemuck::cast_slice(&draws), Usage::STORAGE | Usage::INDIRECT);
-        let bytes = u64::from(tile_count) * 4 * pyramids.len() as u64;
+        let bytes = u64::from(tile_count) * 8 * pyramids.len() as u64;
         let lists = empty(bytes, Usage::STORAGE | Usage::VERTEX);
         let resources = [
             frame.as_entire_binding(),
@@ -171,19 +188,19 @@ impl TilePass {
         let UVec2 { x, y } = tiles;
         pass.dispatch_workgroups(x, y, 1);
         pass.set_pipeline(&self.list);
-        pass.dispatch_workgroups(tile_count.div_ceil(64), pyramids.len() as u32, 1);
+        pass.dispatch_workgroups(tile_count.div_ceil(64), 1, 1);
         drop(pass);
         Some(TileLists { lists, draws, tile_count })
     }
 }
 
 /// The four sides of what a photograph sees, and its eye plane, relative to `eye`.
-fn pyramid(photograph: &Photograph, eye: DVec3) -> gpu_data::Pyramid {
+fn pyramid(photograph: &Photograph, rig: usize, eye: DVec3) -> gpu_data::Pyramid {
     let planes = photograph.frustum.planes().map(|(n, place)| {
         // A millimetre of margin for the rounding of positions.
         n.extend(1e-3 - n.dot(place - eye)).as_vec4().to_array()
     });
-    gpu_data::Pyramid { planes }
+    gpu_data::Pyramid { planes, rig: rig as u32, ..bytemuck::Zeroable::zeroed() }
 }
 
 fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {

@@ -5,12 +5,21 @@ struct Frame {
     size: vec2<u32>,
     columns: u32,
     tile_count: u32,
+    photograph_count: u32,
+    // 1: a tile that one photograph of a rig alone can see is listed apart.
+    apart: u32,
+    padding: vec2<u32>,
 }
 
 // The pyramid of a photograph: a place p, relative to the eye, is inside where
 // dot(plane.xyz, p) + plane.w >= 0 for all.
 struct Pyramid {
     planes: array<vec4<f32>, 5>,
+    // Photographs of one rig follow each other.
+    rig: u32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 // Arguments of an indirect draw.
@@ -30,7 +39,9 @@ const NOTHING: f32 = 1e30;
 @group(0) @binding(2) var<storage, read_write> boxes: array<array<vec4<f32>, 2>>;
 @group(0) @binding(3) var<storage, read> pyramids: array<Pyramid>;
 @group(0) @binding(4) var<storage, read_write> draws: array<Draw>;
-// For each photograph room for all tiles: column in the low half of a word, row in the high.
+// Two a photograph: of the tiles that it shares with others of its rig, and of those that it has
+// to itself. For each draw there is room for all tiles in `lists`: column in the low half of a
+// word, row in the high.
 @group(0) @binding(5) var<storage, read_write> lists: array<u32>;
 
 var<workgroup> lows: array<vec3<f32>, 32>;
@@ -69,7 +80,7 @@ fn bound(
     }
 }
 
-// One thread a tile, one row of workgroups a photograph.
+// One thread a tile.
 @compute @workgroup_size(64)
 fn list(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.tile_count {
@@ -77,15 +88,32 @@ fn list(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let low = boxes[id.x][0].xyz;
     let high = boxes[id.x][1].xyz;
-    var meets = low.x <= high.x;
+    let tile = (id.x % frame.columns) | ((id.x / frame.columns) << 16u);
+    var first = 0u;
+    while first < frame.photograph_count && low.x <= high.x {
+        var end = first;
+        var seeing = 0u;
+        while end < frame.photograph_count && pyramids[end].rig == pyramids[first].rig {
+            seeing += select(0u, 1u, meets(end, low, high));
+            end++;
+        }
+        let alone = select(0u, frame.apart, seeing == 1u);
+        for (; first < end; first++) {
+            if meets(first, low, high) {
+                let draw = 2u * first + alone;
+                let at = atomicAdd(&draws[draw].instance_count, 1u);
+                lists[draw * frame.tile_count + at] = tile;
+            }
+        }
+    }
+}
+
+fn meets(photograph: u32, low: vec3<f32>, high: vec3<f32>) -> bool {
+    var inside = true;
     for (var i = 0u; i < 5u; i++) {
-        let plane = pyramids[id.y].planes[i];
+        let plane = pyramids[photograph].planes[i];
         let farthest = select(low, high, plane.xyz > vec3(0.0));
-        meets = meets && dot(plane.xyz, farthest) + plane.w >= 0.0;
+        inside = inside && dot(plane.xyz, farthest) + plane.w >= 0.0;
     }
-    if meets {
-        let at = atomicAdd(&draws[id.y].instance_count, 1u);
-        let tile = (id.x % frame.columns) | ((id.x / frame.columns) << 16u);
-        lists[id.y * frame.tile_count + at] = tile;
-    }
+    return inside;
 }
