@@ -116,7 +116,7 @@ impl Gains {
     ) -> Result<BTreeMap<ImageId, [f64; 3]>, RenderError> {
         // Nothing is near a photograph's eye here; that of the first serves all as origin.
         let origin = used.first().map_or(DVec3::ZERO, |(_, first)| first.camera.centre);
-        let standing = Standing { rig: 0, nearest_2: 0.0, weight: 1.0 };
+        let standing = Standing { rig: 0, rigs: 1, nearest_2: 0.0, weight: 1.0 };
         let (ids, drawn): (Vec<&ImageId>, Vec<Drawn>) = used
             .iter()
             .filter_map(|(id, photograph)| {
