@@ -186,7 +186,7 @@ fn mirrors_have_the_layout_of_their_shaders() {
             closeness,
             rig_floor,
             rig_step,
-            padding
+            pose_m
         ]
     );
 }

@@ -5,6 +5,7 @@
 const POINT_NOISE_M: f32 = 0.03;
 // Sine of the angle between ray and plane below which relief grows no further.
 const LEAST_SLOPE: f32 = 0.1;
+
 // What one texel knows: nearest mesh (depth, uncertainty) and nearest point, metres; a point that
 // is no number where there is none.
 struct Occluders {
@@ -25,11 +26,18 @@ fn relief_depth(relief_m: f32, n: vec3<f32>, ray: vec3<f32>) -> f32 {
     return relief_m / max(abs(dot(n, ray)), LEAST_SLOPE);
 }
 
-// z: depth of the place on this texel's ray; texel_m: width of the texel there; is_point: what
-// the place is; relief: see relief_depth.
-fn is_visible(z: f32, texel_m: f32, is_point: bool, relief: f32, occluders: Occluders) -> bool {
-    let behind_mesh = occluders.mesh.x + texel_m + select(0.0, occluders.mesh.y, is_point);
+// By how much, in depth, a map may be wrong about the surface with normal n (camera frame) on a
+// ray: the width of a texel there, and what the camera's place, uncertain by pose_m, makes of the
+// surface's slope.
+fn depth_bias(texel_m: f32, pose_m: f32, n: vec3<f32>, ray: vec3<f32>) -> f32 {
+    return texel_m + pose_m * (1.0 + length(n.xy) / max(abs(dot(n, ray)), LEAST_SLOPE));
+}
+
+// z: depth of the place on this texel's ray; bias: see depth_bias; is_point: what the place is;
+// relief: see relief_depth.
+fn is_visible(z: f32, bias: f32, is_point: bool, relief: f32, occluders: Occluders) -> bool {
+    let behind_mesh = occluders.mesh.x + bias + select(0.0, occluders.mesh.y, is_point);
     // Written so that a texel without point, which is no number, hides nothing.
-    let before_point = z - relief > occluders.point + texel_m + POINT_NOISE_M;
+    let before_point = z - relief > occluders.point + bias + POINT_NOISE_M;
     return z <= behind_mesh && !before_point;
 }

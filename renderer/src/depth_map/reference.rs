@@ -8,9 +8,12 @@
 //! | mesh | exactly: both come from the same mesh | the point may be the same surface: `z − ρ ≤ z_p` |
 //! | a point | the mesh occludes from its far surface: `z ≤ z_m + δ_m` | `z − ρ ≤ z_p` |
 //!
-//! "Exactly" leaves the width of one texel: where two faces meet, the texel's centre may lie
-//! on the other one. The slope of the place's own plane needs no allowance, because its depth
-//! is taken on the ray of the texel's centre, where the map was drawn.
+//! Both comparisons leave a bias β. It holds the width w of one texel: where two faces meet, the
+//! texel's centre may lie on the other one. The slope of the place's own plane needs no allowance
+//! for the texel, because its depth is taken on the ray of the texel's centre, where the map was
+//! drawn. But a camera whose place is uncertain by σ metres may see that plane elsewhere: moved
+//! along its axis by σ, and aside by σ, which changes the depth of a plane of normal n by
+//! σ |n_xy| / |n · ray|. So β = w + σ (1 + |n_xy| / |n · ray|).
 //!
 //! ρ is the relief of the surface: points that stand out of the plane n · (P − C) = 0 by no
 //! more than `relief_m` are that surface, which is `relief_m / |n · ray|` in depth. It covers the
@@ -48,9 +51,14 @@ pub(crate) fn relief_depth(relief_m: f64, n: DVec3, ray: DVec3) -> f64 {
     relief_m / n.dot(ray).abs().max(LEAST_SLOPE)
 }
 
+pub(crate) fn depth_bias(texel_m: f64, pose_m: f64, n: DVec3, ray: DVec3) -> f64 {
+    const LEAST_SLOPE: f64 = 0.1;
+    texel_m + pose_m * (1.0 + n.truncate().length() / n.dot(ray).abs().max(LEAST_SLOPE))
+}
+
 pub(crate) fn is_visible(
     z: f64,
-    texel_m: f64,
+    bias: f64,
     place: Place,
     relief: f64,
     occluders: Occluders,
@@ -60,5 +68,5 @@ pub(crate) fn is_visible(
         Place::Point => z - occluders.mesh_uncertainty_m,
     };
     let point = z - relief;
-    mesh <= occluders.mesh_m + texel_m && point <= occluders.point_m + texel_m + POINT_NOISE_M
+    mesh <= occluders.mesh_m + bias && point <= occluders.point_m + bias + POINT_NOISE_M
 }

@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
-use super::reference::{Occluders, Place, depth_on_texel_ray, is_visible, relief_depth};
+use super::reference::{
+    Occluders, Place, depth_bias, depth_on_texel_ray, is_visible, relief_depth,
+};
 use crate::kernel_tests::run;
 use crate::tolerances::{DEPTH_M, DEPTH_TEST_RELATIVE};
 
@@ -16,7 +18,7 @@ struct Query {
     point: f32,
     mesh: vec2<f32>,
     is_point: u32,
-    padding: u32,
+    pose_m: f32,
 }
 
 @group(0) @binding(0) var<storage, read> queries: array<Query>;
@@ -28,8 +30,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let q = queries[id.x];
         let z = depth_on_texel_ray(q.c, q.n, q.ray);
         let relief = relief_depth(q.relief_m, q.n, q.ray);
+        let bias = depth_bias(q.texel_m, q.pose_m, q.n, q.ray);
         let visible =
-            is_visible(z, q.texel_m, q.is_point == 1u, relief, Occluders(q.mesh, q.point));
+            is_visible(z, bias, q.is_point == 1u, relief, Occluders(q.mesh, q.point));
         answers[id.x] = vec2(z, select(0.0, 1.0, visible));
     }
 }";
@@ -45,7 +48,7 @@ struct Query {
     point: f32,
     mesh: [f32; 2],
     is_point: u32,
-    padding: u32,
+    pose_m: f32,
 }
 
 /// Places around occluders at their depth, with planes from facing to grazing and beyond.
@@ -68,7 +71,7 @@ fn queries() -> Vec<Query> {
             point: if i % 5 == 0 { 1e30 } else { z + offset(1.0, 0.377_7) },
             mesh: [if i % 7 == 0 { 1e30 } else { z + offset(1.0, 0.829) }, 0.4],
             is_point: i % 2,
-            padding: 0,
+            pose_m: if i % 4 == 0 { 0.0 } else { 0.3 * sequence(0.637_2) },
         });
     }
     queries
@@ -98,9 +101,9 @@ fn device_and_reference_agree() {
             mesh_uncertainty_m: f64::from(query.mesh[1]),
             point_m: f64::from(query.point),
         };
-        let visible = |share: f64| {
-            is_visible(z * (1.0 + share), f64::from(query.texel_m), place, relief, occluders)
-        };
+        let (texel_m, pose_m) = (f64::from(query.texel_m), f64::from(query.pose_m));
+        let bias = depth_bias(texel_m, pose_m, wide(query.n), wide(query.ray));
+        let visible = |share: f64| is_visible(z * (1.0 + share), bias, place, relief, occluders);
         if visible(-DEPTH_TEST_RELATIVE) == visible(DEPTH_TEST_RELATIVE) {
             assert_eq!(answer[1] == 1.0, visible(0.0), "{query:?}");
             if visible(0.0) { seen += 1 } else { hidden += 1 }
@@ -133,4 +136,18 @@ fn a_road_at_a_grazing_angle_does_not_hide_itself() {
     // A kerb 30 cm high does hide it.
     let kerb = Occluders { point_m: 12.0 - 0.3 / (1.7 / 12.0), ..road };
     assert!(!is_visible(12.0, 0.02, Place::Point, relief_depth(0.1, n, ray), kerb));
+}
+
+#[test]
+fn an_uncertain_pose_leaves_more_room_the_more_a_surface_is_inclined() {
+    let ray = DVec3::Z;
+    let inclined = |degrees: f64| {
+        let angle = degrees.to_radians();
+        depth_bias(0.02, 0.1, DVec3::new(angle.sin(), 0.0, -angle.cos()), ray)
+    };
+    assert!((inclined(0.0) - 0.12).abs() < 1e-12, "{}", inclined(0.0));
+    assert!((inclined(45.0) - 0.22).abs() < 1e-12, "{}", inclined(45.0));
+    // Edge-on it stays finite.
+    assert!((inclined(90.0) - 1.12).abs() < 1e-12, "{}", inclined(90.0));
+    assert_eq!(depth_bias(0.02, 0.0, DVec3::X, ray), 0.02);
 }

@@ -26,6 +26,8 @@ const ROTATION_TOLERANCE: f64 = 1e-4;
 pub(crate) struct Photograph {
     /// Pose, and the lens of level 0.
     pub(crate) camera: PosedCamera,
+    /// How far its place may be off, metres.
+    pub(crate) uncertainty_m: f32,
     /// The lens of the resident level.
     pub(crate) lens: LensData,
     /// The ideal pinhole of its depth map.
@@ -69,7 +71,9 @@ impl PhotographStore {
         let frustum = Frustum::new(&update.camera, &map);
         self.revision += 1;
         let (camera, revision) = (update.camera, self.revision);
-        let photograph = Photograph { camera, lens, map, frustum, place, revision };
+        // Not a number is nothing known.
+        let uncertainty_m = update.uncertainty_m.max(0.0).min(100.0) as f32;
+        let photograph = Photograph { camera, uncertainty_m, lens, map, frustum, place, revision };
         let before = self.photographs.insert(update.id.clone(), photograph);
         if let Some(before) = &before {
             self.atlas.remove(&before.place);

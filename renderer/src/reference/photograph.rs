@@ -9,7 +9,9 @@ use super::Ray;
 use super::discs::{Discs, Point, Target};
 use super::pyramid::Pyramid;
 use super::triangles::Triangles;
-use crate::depth_map::reference::{self, Occluders, depth_on_texel_ray, is_visible, relief_depth};
+use crate::depth_map::reference::{
+    self, Occluders, depth_bias, depth_on_texel_ray, is_visible, relief_depth,
+};
 use crate::mesh::reference::NO_MESH_M;
 use crate::pinhole::Pinhole;
 use crate::surface::reference::Shown;
@@ -23,6 +25,8 @@ const LEAST_LOD: f64 = 0.02;
 #[derive(Debug)]
 pub(super) struct Photograph<'a> {
     camera: PosedCamera,
+    /// How far its place may be off, metres.
+    pose_m: f64,
     /// The lens of the pixels that are there.
     lens: Lens,
     pyramid: Pyramid,
@@ -64,6 +68,7 @@ impl<'a> Photograph<'a> {
         let texels = RefCell::new(vec![None; pinhole.size.element_product() as usize]);
         Some(Self {
             camera,
+            pose_m: image.uncertainty_m,
             lens: camera.lens.scaled_to(image.size),
             pyramid: Pyramid::new(image),
             map: Map { pinhole, camera, mesh, discs, texels },
@@ -94,7 +99,8 @@ impl<'a> Photograph<'a> {
         let n = self.camera.cam_from_world * shown.normal;
         let at = focal * (c.truncate() / c.z) + centre - 0.5;
         let (first, t) = (at.floor(), at - at.floor());
-        let texel_m = c.z / focal.min_element();
+        let own_ray = (c.truncate() / c.z).extend(1.0);
+        let bias = depth_bias(c.z / focal.min_element(), self.pose_m, n, own_ray);
         let place = if shown.is_point { reference::Place::Point } else { reference::Place::Mesh };
         [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE]
             .into_iter()
@@ -103,7 +109,7 @@ impl<'a> Photograph<'a> {
                 let ray = self.map.ray(texel);
                 let z = depth_on_texel_ray(c, n, ray);
                 let relief = relief_depth(shown.relief_m, n, ray);
-                is_visible(z, texel_m, place, relief, self.map.occluders(texel))
+                is_visible(z, bias, place, relief, self.map.occluders(texel))
             })
             .map(|step| {
                 let share = DVec2::ONE - step + (2.0 * step - 1.0) * t;

@@ -35,6 +35,7 @@ fn visible_share(place: Place, n: vec3<f32>, seen: Projected) -> f32 {
     let first = floor(at);
     let t = at - first;
     let texel_m = seen.position.z / min(focal.x, focal.y);
+    let bias = depth_bias(texel_m, photograph.pose_m, n, vec3(seen.normalised, 1.0));
     let limit = vec2<i32>(photograph.map_size) - 1;
     let layer = photograph.map_layer;
     let c = seen.position;
@@ -50,7 +51,7 @@ fn visible_share(place: Place, n: vec3<f32>, seen: Projected) -> f32 {
         occluders.mesh = textureLoad(map_mesh, cell, layer, 0).xy;
         occluders.point = textureLoad(map_points, cell, layer, 0).x;
         let weight = mix(1.0 - t, t, step);
-        let sees = is_visible(z, texel_m, place.kind == SHOWS_POINT, relief, occluders);
+        let sees = is_visible(z, bias, place.kind == SHOWS_POINT, relief, occluders);
         share += select(0.0, weight.x * weight.y, sees);
     }
     return share;

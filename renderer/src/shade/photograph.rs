@@ -33,7 +33,7 @@ pub(crate) mod gpu_data {
         pub(crate) closeness: f32,
         pub(crate) rig_floor: f32,
         pub(crate) rig_step: f32,
-        pub(crate) padding: u32,
+        pub(crate) pose_m: f32,
     }
 }
 
@@ -121,10 +121,10 @@ impl Drawn {
             max_lod: place.size.min_element().ilog2().min(atlas::MAX_LOD) as f32,
             mark,
             rig_weight: standing.weight as f32,
+            pose_m: photograph.uncertainty_m,
             rig_floor: standing.rig as f32 / standing.rigs as f32,
             rig_step: 1.0 / standing.rigs as f32,
             closeness: closeness(centre.length_squared(), standing.nearest_2) as f32,
-            ..Default::default()
         };
         Self { data, atlas: place.array, rig: standing.rig }
     }

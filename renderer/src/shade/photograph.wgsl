@@ -35,7 +35,8 @@ struct Photograph {
     // rigs before its own have left.
     rig_floor: f32,
     rig_step: f32,
-    padding: u32,
+    // How far its place may be off, metres.
+    pose_m: f32,
 }
 
 // Mirrors `gpu_data::Frame` in shade/mod.rs.
