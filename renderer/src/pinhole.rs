@@ -7,7 +7,7 @@ use flaneur_scene::{Distortion, Lens};
 use glam::{DVec2, UVec2};
 
 /// Directions further than this from the axis (tangent; 80°) are left to other cameras: an
-/// ideal pinhole spends nearly all of its pixels there.
+/// ideal pinhole spends nearly all of its pixels there. As in photograph.wgsl.
 pub(crate) const MAX_TANGENT: f64 = 5.67;
 
 /// Samples a side for measuring what a lens sees.

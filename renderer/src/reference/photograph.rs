@@ -13,7 +13,7 @@ use crate::depth_map::reference::{
     self, Occluders, depth_bias, depth_on_texel_ray, is_visible, relief_depth,
 };
 use crate::mesh::reference::NO_MESH_M;
-use crate::pinhole::Pinhole;
+use crate::pinhole::{MAX_TANGENT, Pinhole};
 use crate::surface::reference::Shown;
 
 /// Nothing nearer to a photograph's eye plane is looked up in it, metres.
@@ -82,7 +82,8 @@ impl<'a> Photograph<'a> {
     /// Where the place at `position` (world) appears, if it does within the picture.
     pub(super) fn sees(&self, position: DVec3) -> Option<Seen> {
         let position = self.camera.cam_from_world(position);
-        if !(position.z >= NEAREST_DEPTH_M) {
+        let tangent = position.truncate().abs().max_element() / position.z;
+        if !(position.z >= NEAREST_DEPTH_M && tangent < MAX_TANGENT) {
             return None;
         }
         let pixel = self.lens.project(position)?;

@@ -3,6 +3,8 @@
 
 // Metres. Keeps the weight finite where the eye, or the place, is at a photograph's centre.
 const NEAREST_M: f32 = 0.05;
+// Cosine at which a surface is seen so nearly edge-on that nothing is seen of it.
+const SEEN_COSINE: f32 = 0.01;
 // Share of the picture's shorter side over which a photograph fades towards its border.
 const FEATHER: f32 = 0.05;
 
@@ -10,7 +12,7 @@ const FEATHER: f32 = 0.05;
 fn park_weight(cosine: f32, place_distance_2: f32, eye_distance_2: f32) -> f32 {
     let c2 = cosine * cosine;
     let nearest_2 = NEAREST_M * NEAREST_M;
-    return select(0.0, c2 * c2, cosine > 0.0)
+    return select(0.0, c2 * c2, cosine > SEEN_COSINE)
         / ((place_distance_2 + nearest_2) * (eye_distance_2 + nearest_2));
 }
 

@@ -68,6 +68,10 @@ const TILE: u32 = 32u;
 // Metres. Nothing nearer to a photograph's eye plane is looked up in it.
 const NEAREST_DEPTH_M: f32 = 0.05;
 
+// Directions further than this from its axis (tangent; 80°) are not in a photograph's depth map,
+// see pinhole.rs, and not looked up in it.
+const MAX_TANGENT: f32 = 5.67;
+
 // The lens model of the photographs of this pipeline: software devices run every branch.
 override LENS_MODEL: u32 = 0u;
 
@@ -108,7 +112,8 @@ fn seen_at(position: vec3<f32>) -> Projected {
     found.pixel = raw.xy;
     let inside = min(raw.xy, lens.size - raw.xy);
     let border = min(inside.x, inside.y) / min(lens.size.x, lens.size.y);
-    let sees = raw.z == 1.0 && found.position.z >= NEAREST_DEPTH_M && border > 0.0;
+    let in_map = max(abs(found.normalised.x), abs(found.normalised.y)) < MAX_TANGENT;
+    let sees = raw.z == 1.0 && in_map && found.position.z >= NEAREST_DEPTH_M && border > 0.0;
     found.border = select(0.0, border, sees);
     return found;
 }

@@ -6,6 +6,9 @@
 //! squares are grown by (5 cm)², which keeps the weight finite and smooth where the eye reaches a
 //! photograph's centre: there it outweighs one 3 m away 3600 times.
 //!
+//! Below a cosine of 0.01, or 0.6°, a photograph has no say: a place on the plane through its
+//! centre would otherwise be coloured, or not, by rounding alone.
+//!
 //! To that come factors between 0 and 1 that take a photograph's say away smoothly before its
 //! border, and before the edge of what hides the place from it.
 //!
@@ -19,8 +22,12 @@ use glam::DVec3;
 /// `eye_distance_2`: the square of `dist_uk`, metres.
 pub(crate) fn park_weight(n: DVec3, place: DVec3, photograph: DVec3, eye_distance_2: f64) -> f64 {
     const NEAREST_M: f64 = 0.05;
+    const SEEN_COSINE: f64 = 0.01;
     let to_photograph = photograph - place;
-    let cosine = n.dot(to_photograph.normalize()).max(0.0);
+    let cosine = n.dot(to_photograph.normalize());
+    if cosine <= SEEN_COSINE {
+        return 0.0;
+    }
     cosine.powi(4)
         / ((to_photograph.length_squared() + NEAREST_M.powi(2))
             * (eye_distance_2 + NEAREST_M.powi(2)))
