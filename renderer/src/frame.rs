@@ -36,6 +36,8 @@ pub enum Surface {
 pub struct FrameStats {
     /// Triangles resident.
     pub triangles: u64,
+    /// Triangles refused since the renderer was made: with a corner that is not finite.
+    pub triangles_refused: u64,
     /// Triangles of the tiles that meet the view.
     pub triangles_drawn: u64,
     /// Points resident.

@@ -85,8 +85,8 @@ impl Renderer {
 
     /// Changes what is resident. Dropping what is not there is no error.
     ///
-    /// Triangles and points that are not finite are left out; the points are counted in
-    /// [`FrameStats::points_refused`].
+    /// Triangles and points that are not finite are left out, and counted in
+    /// [`FrameStats::triangles_refused`] and [`FrameStats::points_refused`].
     ///
     /// # Errors
     /// Where the update contradicts itself or exceeds a budget; what is resident then stays
@@ -290,6 +290,7 @@ impl Renderer {
             triangles_drawn: drawn_mesh.triangle_count(),
             points: self.points.point_count(),
             points_drawn: points.points,
+            triangles_refused: self.mesh.refused,
             points_refused: self.points.refused,
             images: self.photographs.len() as u64,
             images_drawn: photographs.len() as u64,

@@ -99,10 +99,10 @@ fn event() -> impl Strategy<Value = Event> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 10, ..ProptestConfig::default() })]
 
     #[test]
-    fn maps_do_not_depend_on_their_history(events in prop::collection::vec(event(), 10..40)) {
+    fn maps_do_not_depend_on_their_history(events in prop::collection::vec(event(), 8..30)) {
         let street = Street::with_pole(DVec3::ZERO);
         let (photographs, pieces) = (photographs(&street), pieces(&street));
         let mut long_lived = renderer(settings(), photographs.clone());

@@ -143,14 +143,13 @@ fn largest_changes(
 #[test]
 fn walking_changes_colours_little_by_little() {
     let at = |step: u32| {
-        let y = -1.6 + 0.01 * f64::from(step);
+        let y = -0.95 + 0.01 * f64::from(step);
         camera(ORIGIN, [-0.9, y, 2.0], 90.0, 3.0, 60.0, SIZE)
     };
-    for (exposed, points, gains) in
-        [(false, true, false), (true, false, false), (true, true, false), (true, true, true)]
+    for (exposed, points, gains) in [(false, true, false), (true, false, false), (true, true, true)]
     {
         let (street, mut renderer) = scene(exposed, points, gains);
-        let (largest, whole) = largest_changes(&mut renderer, &street, (0..130).map(at));
+        let (largest, whole) = largest_changes(&mut renderer, &street, (0..105).map(at));
         let allowed = match (exposed, gains) {
             (false, _) => STEP_255,
             (true, false) => EXPOSED_STEP_255,

@@ -45,6 +45,8 @@ pub(crate) mod gpu_data {
 #[derive(Debug, Default)]
 pub(crate) struct MeshStore {
     tiles: BTreeMap<TileKey, Tile>,
+    /// Triangles that were left out.
+    pub(crate) refused: u64,
 }
 
 #[derive(Debug)]
@@ -62,6 +64,7 @@ impl MeshStore {
     pub(crate) fn insert(&mut self, gpu: &Gpu, tile: &MeshTile) -> Result<Bounds3, RenderError> {
         check(gpu, tile)?;
         let (vertices, indices) = (vertices(tile), indices(tile));
+        self.refused += (tile.indices.len() - indices.len()) as u64 / 3;
         let mut bounds = Bounds3::EMPTY;
         for &index in &indices {
             let p = Vec3::from_array(vertices[index as usize].position).as_dvec3();
@@ -338,10 +341,15 @@ fn vertices(tile: &MeshTile) -> Vec<gpu_data::Vertex> {
         .map(|vertex| gpu_data::Vertex {
             position: vertex.position,
             normal: Vec3::from_array(vertex.normal).normalize_or(Vec3::Z).to_array(),
-            uncertainty: if vertex.uncertainty_m > 0.0 { vertex.uncertainty_m } else { 0.0 },
+            uncertainty: usable(vertex.uncertainty_m),
             class: vertex.class as u32,
         })
         .collect()
+}
+
+/// An uncertainty in metres; what is none, or no number, is 0.
+pub(crate) fn usable(uncertainty_m: f32) -> f32 {
+    if uncertainty_m > 0.0 && uncertainty_m.is_finite() { uncertainty_m } else { 0.0 }
 }
 
 /// The indices of the triangles that can be drawn.

@@ -8,6 +8,7 @@ use glam::{DVec3, Vec3};
 use super::Ray;
 use super::boxes::Boxes;
 use crate::camera::NEAR_M;
+use crate::mesh;
 
 /// All triangles of a scene, world frame.
 #[derive(Debug)]
@@ -68,9 +69,7 @@ fn of_tile(tile: &MeshTile) -> Vec<Triangle> {
         corners.iter().all(|corner| corner.is_finite()).then(|| Triangle {
             corners,
             normal: Vec3::from_array(vertices[0].normal).as_dvec3().normalize_or(DVec3::Z),
-            // Written so that NaN is certain.
-            uncertainty_m: vertices
-                .map(|v| if v.uncertainty_m > 0.0 { f64::from(v.uncertainty_m) } else { 0.0 }),
+            uncertainty_m: vertices.map(|v| f64::from(mesh::usable(v.uncertainty_m))),
             class: vertices[0].class,
         })
     };
