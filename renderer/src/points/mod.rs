@@ -22,7 +22,7 @@ mod record;
 
 pub(crate) use draw_list::DrawList;
 use kin::{Kin, ancestors};
-use pages::{BLOCK_BYTES, Pages, Part};
+use pages::{Pages, Part};
 use record::{Drawable, Record, drawable, radius_code, set_radii};
 
 /// Points of a block: one workgroup of the splat pass.
@@ -89,7 +89,7 @@ impl PointStore {
         let Drawable { records, normals, boxes } = drawable(chunk, code, self.pages.with_normals());
         let blocks = boxes.len() as u64;
         let replaced = self.chunks.get(&id).map_or(0, |chunk| chunk.boxes.len() as u64);
-        let needed = (self.blocks - replaced + blocks) * BLOCK_BYTES;
+        let needed = (self.blocks - replaced + blocks) * self.pages.block_bytes();
         if needed > settings.point_memory_bytes {
             let budget = settings.point_memory_bytes;
             return Err(RenderError::PointMemory { needed, budget });

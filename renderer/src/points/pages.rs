@@ -8,8 +8,8 @@ use crate::Gpu;
 
 /// Blocks of a page: 32 MiB.
 const PAGE_BLOCKS: u32 = 8192;
-/// Bytes of a block's records.
-pub(crate) const BLOCK_BYTES: u64 = (BLOCK_POINTS * size_of::<Record>()) as u64;
+/// Bytes of a point's normal.
+const NORMAL_BYTES: u64 = size_of::<u32>() as u64;
 
 /// A run of blocks in one page.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,6 +45,12 @@ impl Pages {
 
     pub(crate) fn with_normals(&self) -> bool {
         self.with_normals
+    }
+
+    /// Bytes that a block takes on the device.
+    pub(crate) fn block_bytes(&self) -> u64 {
+        let normal = if self.with_normals { NORMAL_BYTES } else { 0 };
+        BLOCK_POINTS as u64 * (size_of::<Record>() as u64 + normal)
     }
 
     /// Records, and codes of normals where pages have them.
@@ -127,7 +133,7 @@ impl Page {
         };
         Self {
             records: buffer("points", size_of::<Record>() as u64),
-            normals: with_normals.then(|| buffer("normals of points", 4)),
+            normals: with_normals.then(|| buffer("normals of points", NORMAL_BYTES)),
             free: std::iter::once(0..PAGE_BLOCKS).collect(),
         }
     }
