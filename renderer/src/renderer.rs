@@ -78,6 +78,9 @@ impl Renderer {
         let settings = settings.in_range();
         let possible = self.settings.differ_by_frame_only(&settings);
         if possible {
+            if settings.texturing != self.settings.texturing {
+                self.forward_pass = ForwardPass::new(&self.gpu, settings.texturing);
+            }
             self.settings = settings;
         }
         possible

@@ -117,8 +117,33 @@ impl Settings {
     /// Whether a renderer can go from these settings to `other` between two frames: whether they
     /// differ only in what is decided anew for each frame, and not in what is kept.
     pub fn differ_by_frame_only(&self, other: &Self) -> bool {
-        let Self { rigs, depth_test, exposure_gains, background, .. } = *other;
-        Self { rigs, depth_test, exposure_gains, background, ..*self } == *other
+        let Self { rigs, depth_test, exposure_gains, texturing, background, .. } = *other;
+        Self { rigs, depth_test, exposure_gains, texturing, background, ..*self } == *other
+    }
+}
+
+impl Texturing {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Deferred, Self::Homography, Self::Barycentric];
+
+    /// The name by which people and programs ask for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Deferred => "deferred",
+            Self::Homography => "homography",
+            Self::Barycentric => "barycentric",
+        }
+    }
+}
+
+impl std::str::FromStr for Texturing {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|way| way.name() == text).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("there is no way of texturing {text:?}; the ways are {names}")
+        })
     }
 }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::{ArgGroup, Args};
-use flaneur_renderer::{Frame, Gpu, Mode, Renderer};
+use flaneur_renderer::{Frame, Gpu, Mode, Renderer, Settings, Texturing};
 use flaneur_scene::View;
 use flaneur_services::ingest::{Progress, Unit};
 use flaneur_streamer::{Event, Streamer, ViewRequest};
@@ -71,6 +71,10 @@ pub(crate) struct RenderArguments {
     /// photographs) or uncertainty
     #[arg(long, default_value = "hybrid")]
     mode: Mode,
+    /// How points are textured, which gives the same picture in other times: deferred, homography
+    /// or barycentric
+    #[arg(long, default_value = "deferred")]
+    texturing: Texturing,
     /// Size of the picture in pixels [default: that of the --like photograph or of the view in
     /// the file, else 1024x512]
     #[arg(long, value_name = "WxH")]
@@ -101,8 +105,9 @@ pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result
         () = context.cancel.cancelled() => return Err(Exit::Interrupted),
         ready = prepare(&arguments, &viewpoints) => ready?,
     };
+    let settings = Settings { texturing: arguments.texturing, ..Settings::default() };
     let mut session = Session {
-        renderer: Renderer::new(&gpu),
+        renderer: Renderer::with_settings(&gpu, settings),
         adapter: gpu.adapter_name().to_owned(),
         mode: arguments.mode,
         timed: arguments.report.is_some(),
