@@ -3,14 +3,13 @@
 mod common;
 
 use common::*;
-use flaneur_renderer::{Frame, Mode, Settings, Surface, Texturing};
-use flaneur_scene::{Distortion, Intrinsics, Lens, SceneUpdate, View};
+use flaneur_renderer::{Frame, Mode, Settings, SplatNormals, Surface, Texturing};
+use flaneur_scene::{Distortion, Intrinsics, Lens, PointChunk, SceneUpdate, View};
 use glam::{DVec3, UVec2};
 use tolerances::{HOMOGRAPHY_PX, TEXTURING_255, TEXTURING_WRONG_SHARE};
 
 const SIZE: UVec2 = UVec2::new(320, 240);
 const PHOTO: UVec2 = UVec2::new(640, 480);
-const FORWARD: [Texturing; 2] = [Texturing::Homography, Texturing::Barycentric];
 
 fn view(origin: DVec3) -> View {
     View::from(camera(origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE))
@@ -29,7 +28,7 @@ fn scene(street: &Street) -> Vec<SceneUpdate> {
         image_update(street.photograph("b/east", with_lens(at([-0.5, 4.0, 2.2], 100.0), lens))),
         image_update(street.photograph("b/north", at([-0.5, 4.0, 2.2], 20.0))),
         mesh_update(street.mesh(&[0], 0.1)),
-        points_update(street.points(&[0, 1, 2, 3], 0.07)),
+        points_update(with_normals(street.points(&[0, 1, 2, 3], 0.07))),
     ]
 }
 
@@ -37,11 +36,6 @@ fn scene(street: &Street) -> Vec<SceneUpdate> {
 fn street() -> Street {
     let street = Street::with_pole(DVec3::new(651_187.0, 6_861_353.0, 42.0));
     Street { ground_m: 14.0, ..street }
-}
-
-fn frame(street: &Street, texturing: Texturing, view: &View, mode: Mode) -> Frame {
-    let settings = Settings { texturing, ..Settings::default() };
-    renderer(settings, scene(street)).render_as(view, mode).expect("a frame")
 }
 
 fn is_point(surface: Surface) -> bool {
@@ -67,19 +61,42 @@ fn pixel(frame: &Frame, index: usize) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|c| f64::from(frame.rgba[4 * index + c])))
 }
 
+/// Normals that are some degrees off the surface, a tenth of them none.
+fn with_normals(chunk: PointChunk) -> PointChunk {
+    let normals = chunk
+        .positions
+        .iter()
+        .zip(0u32..)
+        .map(|(&[x, y, z], i)| {
+            let wave = DVec3::new(f64::from(i).sin(), f64::from(i).cos(), 0.3) * 0.1;
+            let flat =
+                if z == 0.0 { DVec3::Z } else { DVec3::new(f64::from(x), f64::from(y), 0.0) };
+            let n = (flat.normalize_or(DVec3::X) + wave).normalize();
+            (if i % 10 == 0 { DVec3::ZERO } else { n }).as_vec3().to_array()
+        })
+        .collect();
+    PointChunk { normals, ..chunk }
+}
+
 #[test]
 fn all_ways_give_the_same_picture() {
     let street = street();
     let view = view(street.origin);
-    for mode in [Mode::Hybrid, Mode::Points] {
-        let deferred = frame(&street, Texturing::Deferred, &view, mode);
-        keep(&deferred, &format!("texturing-deferred-{mode:?}"));
-        for texturing in FORWARD {
-            let forward = frame(&street, texturing, &view, mode);
-            keep(&forward, &format!("texturing-{texturing:?}-{mode:?}"));
-            let (points, wrong) = wrong_share(&deferred, &forward);
-            println!("{texturing:?}, {mode:?}: {wrong:.6} of {points} pixels differ");
-            assert!(points > 40_000 && wrong < TEXTURING_WRONG_SHARE, "{points} {wrong}");
+    for splat_normals in [SplatNormals::Eye, SplatNormals::Estimated] {
+        let settings = Settings { splat_normals, ..Settings::default() };
+        let mut renderer = renderer(settings, scene(&street));
+        for mode in [Mode::Hybrid, Mode::Points, Mode::Sources] {
+            let [deferred, forward @ ..] = Texturing::ALL.map(|texturing| {
+                assert!(renderer.set_settings(Settings { texturing, ..settings }));
+                let frame = renderer.render_as(&view, mode).expect("a frame");
+                keep(&frame, &format!("{splat_normals:?}-{mode:?}-{}", texturing.name()));
+                frame
+            });
+            for forward in forward {
+                let (points, wrong) = wrong_share(&deferred, &forward);
+                println!("{splat_normals:?}, {mode:?}: {wrong:.6} of {points} pixels differ");
+                assert!(points > 40_000 && wrong < TEXTURING_WRONG_SHARE, "{points} {wrong}");
+            }
         }
     }
 }
@@ -97,15 +114,16 @@ fn pixels_of_a_photograph_are_found_within_a_hundredth() {
         .collect();
     // So narrow that its pixels are smaller than the photograph's, which keeps level 0.
     let view = View::from(camera(street.origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 28.0, SIZE));
-    let frames = [Texturing::Deferred, Texturing::Homography, Texturing::Barycentric].map(|way| {
-        let mut renderer = renderer(Settings { texturing: way, ..Settings::default() }, Vec::new());
-        for update in [
-            image_update(ruler.clone()),
+    let mut renderer = renderer(
+        Settings::default(),
+        vec![
+            image_update(ruler),
             mesh_update(street.mesh(&[0], 0.1)),
             points_update(street.points(&[0, 1, 2, 3], 0.07)),
-        ] {
-            renderer.apply(update).expect("a good update");
-        }
+        ],
+    );
+    let frames = Texturing::ALL.map(|texturing| {
+        assert!(renderer.set_settings(Settings { texturing, ..Settings::default() }));
         renderer.render(&view).expect("a frame")
     });
     let [deferred, forward @ ..] = &frames;

@@ -60,3 +60,35 @@ impl Bytes {
         self.homes.max(self.reaches).max(self.sprites)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::forward::sprites_wgsl;
+
+    /// Bytes of what the vertex stage hands on, its position apart, as the shader has it.
+    fn varyings(texturing: Texturing) -> Option<u32> {
+        let module = naga::front::wgsl::parse_str(&sprites_wgsl(texturing)?).expect("valid");
+        let vertex = module
+            .entry_points
+            .iter()
+            .find(|entry| entry.name == "sprite_vs")
+            .and_then(|entry| entry.function.result.as_ref())
+            .expect("a vertex stage");
+        let naga::TypeInner::Struct { members, .. } = &module.types[vertex.ty].inner else {
+            panic!("the vertex stage gives a struct")
+        };
+        let located = members
+            .iter()
+            .filter(|member| matches!(member.binding, Some(naga::Binding::Location { .. })));
+        Some(located.map(|member| module.types[member.ty].inner.size(module.to_ctx())).sum())
+    }
+
+    #[test]
+    fn varyings_are_those_of_the_shaders() {
+        for texturing in Texturing::ALL {
+            let memory = TexturingMemory::new(texturing, UVec2::new(1024, 512), 1_000_000);
+            assert_eq!(memory.varyings_a_vertex, varyings(texturing).unwrap_or(0), "{texturing:?}");
+        }
+    }
+}
