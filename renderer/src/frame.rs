@@ -29,6 +29,9 @@ pub enum Surface {
     PointUncoloured = 3,
     /// A point coloured by at least one photograph.
     PointColoured = 4,
+    /// No geometry: what the photographs show at a depth on which they agree. Nothing may be
+    /// measured there.
+    Inferred = 6,
 }
 
 /// How much was there, and how much of it was used.
@@ -54,15 +57,17 @@ pub struct FrameStats {
     pub geometry_pixels: u64,
     /// Pixels that show mesh or points and that at least one photograph colours.
     pub coloured_pixels: u64,
+    /// Pixels without geometry that photographs colour at an inferred depth.
+    pub inferred_pixels: u64,
 }
 
 impl Surface {
     /// Whether the pixel shows mesh or a point.
     pub fn is_geometry(self) -> bool {
-        self != Self::Background
+        !matches!(self, Self::Background | Self::Inferred)
     }
 
-    /// Whether a photograph colours the pixel.
+    /// Whether the pixel shows mesh or a point and a photograph colours it.
     pub fn is_coloured(self) -> bool {
         matches!(self, Self::MeshColoured | Self::PointColoured)
     }
@@ -73,6 +78,7 @@ impl Surface {
             2 => Self::MeshColoured,
             3 => Self::PointUncoloured,
             4 => Self::PointColoured,
+            6 => Self::Inferred,
             _ => Self::Background,
         }
     }
@@ -97,6 +103,7 @@ impl Frame {
             let surface = Surface::from_code(*alpha);
             stats.geometry_pixels += u64::from(surface.is_geometry());
             stats.coloured_pixels += u64::from(surface.is_coloured());
+            stats.inferred_pixels += u64::from(surface == Surface::Inferred);
             surfaces.push(surface);
             *alpha = 255;
         }

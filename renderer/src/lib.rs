@@ -11,6 +11,7 @@ mod frame;
 mod frustum;
 mod gains;
 mod gpu;
+mod infer;
 #[cfg(test)]
 mod kernel_tests;
 mod lens;

@@ -1,7 +1,7 @@
 //! What is resident, and the order of the passes that make a frame of it.
 
 use flaneur_scene::{Bounds3, Distortion, SceneUpdate, View, ViewProjection};
-use glam::UVec2;
+use glam::{DVec3, UVec2};
 
 use crate::camera::gpu_data::Camera;
 use crate::depth_map::{DepthMaps, Sources};
@@ -9,6 +9,7 @@ use crate::forward::{ForwardPass, Indices};
 use crate::frame::{Frame, FrameStats};
 use crate::frustum::Frustum;
 use crate::gains::Gains;
+use crate::infer::{self, Evidence, InferPass};
 use crate::mesh::{MeshPass, MeshStore};
 use crate::photographs::{Photograph, PhotographStore, camera_fault};
 use crate::pinhole::Pinhole;
@@ -35,6 +36,7 @@ pub struct Renderer {
     splat_pass: SplatPass,
     surface_pass: SurfacePass,
     tile_pass: TilePass,
+    infer_pass: InferPass,
     shade_pass: ShadePass,
     forward_pass: Option<ForwardPass>,
     mesh: MeshStore,
@@ -61,6 +63,7 @@ impl Renderer {
             splat_pass: SplatPass::new(gpu, &settings),
             surface_pass: SurfacePass::new(gpu),
             tile_pass: TilePass::new(gpu),
+            infer_pass: InferPass::new(gpu),
             shade_pass: ShadePass::new(gpu),
             forward_pass: ForwardPass::new(gpu, settings.texturing),
             mesh: MeshStore::default(),
@@ -237,18 +240,13 @@ impl Renderer {
             grid_step: lens::GRID_STEP as f32,
             padding: [0; 2],
         };
-        self.surface_pass.draw(gpu, stages.encoder(), &surface_view, &grid, targets);
+        let max_side = gpu.device.limits().max_texture_dimension_2d;
+        let inferring = (settings.infer && infers(mode) && camera.orthographic == 0)
+            .then(|| infer::Grid::new(size, settings.inferred_hypotheses, max_side))
+            .flatten();
+        let records = if inferring.is_some() { &targets.geometry } else { &targets.records };
+        self.surface_pass.draw(gpu, stages.encoder(), &surface_view, &grid, targets, records);
         stages.ended("surface")?;
-
-        let (words, stride) = targets.nearest_points.indices();
-        let indices =
-            Indices { words, stride, end: points.blocks.len() as u64 * BLOCK_POINTS as u64 };
-        let sprites = self.forward_pass.as_mut().and_then(|pass| {
-            pass.gather(gpu, stages.encoder(), &camera, distorted, indices, targets)
-        });
-        if self.settings.texturing != Texturing::Deferred {
-            stages.ended("sprites")?;
-        }
 
         let drawn: Vec<((&Photograph, usize), Drawn)> = selected
             .iter()
@@ -261,10 +259,6 @@ impl Renderer {
             })
             .collect();
         let (seen, photographs): (Vec<_>, Vec<Drawn>) = drawn.into_iter().unzip();
-        // Sprites look for what was chosen everywhere.
-        let apart = sprites.is_none();
-        let tiles = self.tile_pass.lists(gpu, stages.encoder(), &seen, apart, eye, targets);
-        stages.ended("tiles")?;
         let frame = shade::gpu_data::Frame {
             forward: camera.forward,
             focal: lens.focal[1],
@@ -274,6 +268,33 @@ impl Renderer {
             mode: mode as u32,
             depth_test: u32::from(settings.depth_test),
         };
+        if let Some(cells) = inferring {
+            let bounds = self.mesh.bounds().union(&self.points.bounds());
+            let evidence = Evidence {
+                view,
+                frame: &frame,
+                photographs: &photographs,
+                atlas: &self.photographs.atlas,
+                extent_m: farthest(&bounds, eye),
+            };
+            self.infer_pass.draw(gpu, stages.encoder(), evidence, cells, targets);
+            stages.ended("infer")?;
+        }
+
+        let (words, stride) = targets.nearest_points.indices();
+        let indices =
+            Indices { words, stride, end: points.blocks.len() as u64 * BLOCK_POINTS as u64 };
+        let sprites = self.forward_pass.as_mut().and_then(|pass| {
+            pass.gather(gpu, stages.encoder(), &camera, distorted, indices, targets)
+        });
+        if self.settings.texturing != Texturing::Deferred {
+            stages.ended("sprites")?;
+        }
+
+        // Sprites look for what was chosen everywhere.
+        let apart = sprites.is_none();
+        let tiles = self.tile_pass.lists(gpu, stages.encoder(), &seen, apart, eye, targets);
+        stages.ended("tiles")?;
         let sources = shade::Sources {
             photographs: &photographs,
             tiles: tiles.as_ref(),
@@ -307,7 +328,7 @@ impl Renderer {
     /// What the last frame shows, see surface/place.wgsl.
     #[cfg(test)]
     pub(crate) fn last_positions(&self) -> Option<&wgpu::TextureView> {
-        self.targets.as_ref().map(|targets| &targets.positions)
+        self.targets.as_ref().map(|targets| &targets.records.positions)
     }
 
     fn points_removed(&mut self, bounds: &Bounds3) {
@@ -337,4 +358,15 @@ impl Renderer {
 
 fn pixels(size: UVec2) -> u64 {
     u64::from(size.x) * u64::from(size.y)
+}
+
+/// Whether a mode shows what is inferred where there is no geometry.
+fn infers(mode: Mode) -> bool {
+    matches!(mode, Mode::Hybrid | Mode::Sources | Mode::Uncertainty)
+}
+
+/// From `eye` to the farthest of `bounds`, metres; 0 where those are empty.
+fn farthest(bounds: &Bounds3, eye: DVec3) -> f64 {
+    let farthest = (bounds.min - eye).abs().max((bounds.max - eye).abs()).length();
+    if farthest.is_finite() { farthest } else { 0.0 }
 }

@@ -23,18 +23,30 @@ pub(crate) fn screen_pass(
     wgsl: &str,
     formats: &[wgpu::TextureFormat],
 ) -> ScreenPass {
+    screen_pass_with(gpu, label, wgsl, formats, &[])
+}
+
+/// The same, with values for its override constants.
+pub(crate) fn screen_pass_with(
+    gpu: &Gpu,
+    label: &'static str,
+    wgsl: &str,
+    formats: &[wgpu::TextureFormat],
+    constants: &[(&str, f64)],
+) -> ScreenPass {
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
         source: wgpu::ShaderSource::Wgsl(wgsl.into()),
     });
     let targets: Vec<_> = formats.iter().map(|&format| Some(format.into())).collect();
+    let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
     let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(label),
         layout: None,
         vertex: wgpu::VertexState {
             module: &module,
             entry_point: Some("vs"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options: compilation_options.clone(),
             buffers: &[],
         },
         primitive: wgpu::PrimitiveState::default(),
@@ -43,7 +55,7 @@ pub(crate) fn screen_pass(
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: Some("fs"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options,
             targets: &targets,
         }),
         multiview_mask: None,

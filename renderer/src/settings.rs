@@ -32,6 +32,12 @@ pub struct Settings {
     pub image_memory_bytes: u64,
     /// Bytes of buffers for points.
     pub point_memory_bytes: u64,
+    /// Whether pixels without geometry show what the photographs agree is there, marked as
+    /// inferred.
+    pub infer: bool,
+    /// How many depths between the backdrop and the depth diffused from the neighbours such
+    /// pixels try, at most 64.
+    pub inferred_hypotheses: u32,
     /// Colour where there is no geometry, sRGB.
     pub background: [u8; 3],
 }
@@ -109,7 +115,8 @@ impl Settings {
     pub(crate) fn in_range(self) -> Self {
         // Rows that can be copied.
         let depth_map_side = self.depth_map_side.clamp(64, 2048).next_multiple_of(64);
-        Self { depth_map_side, ..self }
+        let inferred_hypotheses = self.inferred_hypotheses.min(64);
+        Self { depth_map_side, inferred_hypotheses, ..self }
     }
 }
 
@@ -117,8 +124,27 @@ impl Settings {
     /// Whether a renderer can go from these settings to `other` between two frames: whether they
     /// differ only in what is decided anew for each frame, and not in what is kept.
     pub fn differ_by_frame_only(&self, other: &Self) -> bool {
-        let Self { rigs, depth_test, exposure_gains, texturing, background, .. } = *other;
-        Self { rigs, depth_test, exposure_gains, texturing, background, ..*self } == *other
+        let Self {
+            rigs,
+            depth_test,
+            exposure_gains,
+            texturing,
+            infer,
+            inferred_hypotheses,
+            background,
+            ..
+        } = *other;
+        let decided = Self {
+            rigs,
+            depth_test,
+            exposure_gains,
+            texturing,
+            infer,
+            inferred_hypotheses,
+            background,
+            ..*self
+        };
+        decided == *other
     }
 }
 
@@ -204,6 +230,8 @@ impl Default for Settings {
             quads_from_px: None,
             image_memory_bytes: 3 << 30,
             point_memory_bytes: 1 << 30,
+            infer: true,
+            inferred_hypotheses: 7,
             background: [178, 190, 202],
         }
     }

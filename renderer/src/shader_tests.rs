@@ -6,8 +6,8 @@ use std::mem::offset_of;
 use crate::settings::SplatNormals;
 use crate::splat::Route;
 use crate::{
-    Texturing, camera, depth_map, forward, gains, lens, mesh, photographs, shade, splat, surface,
-    tiles,
+    Texturing, camera, depth_map, forward, gains, infer, lens, mesh, photographs, shade, splat,
+    surface, tiles,
 };
 
 fn sources() -> Vec<(&'static str, String)> {
@@ -34,6 +34,9 @@ fn sources() -> Vec<(&'static str, String)> {
         ("measure", gains::measure::measure_wgsl()),
         ("blend", shade::BLEND_WGSL.to_owned()),
     ]
+    .into_iter()
+    .chain(infer::sources())
+    .collect()
 }
 
 fn sprites_wgsl(texturing: Texturing) -> String {
@@ -120,6 +123,20 @@ fn mirrors_have_the_layout_of_their_shaders() {
         "Halve",
         photographs::atlas::gpu_data::Halve,
         [source_corner, source_size, target_corner, padding]
+    );
+    let infer = |name| infer::sources().into_iter().find(|(label, _)| *label == name);
+    let (_, choose) = infer("choose").expect("a shader");
+    assert_mirrors!(
+        choose,
+        "Inference",
+        infer::gpu_data::Inference,
+        [size, cells, step, hypotheses, diffused_index, rigs, backdrop, has_before, padding]
+    );
+    assert_mirrors!(
+        choose,
+        "Before",
+        infer::gpu_data::Before,
+        [lens, right, step, down, padding_0, forward, padding_1, eye, padding_2]
     );
     assert_mirrors!(
         surface::wgsl(),

@@ -6,7 +6,7 @@ use crate::splat::{self, Nearest, Route};
 use crate::{Gpu, RenderError, mesh, shade, surface};
 
 /// Everything that a view writes to, kept between frames of the same size. The first are of
-/// the G-buffer's size, those from `positions` on of the picture's.
+/// the G-buffer's size, those from `records` on of the picture's.
 #[derive(Debug)]
 pub(crate) struct Targets {
     pub(crate) gbuffer_size: UVec2,
@@ -19,12 +19,21 @@ pub(crate) struct Targets {
     pub(crate) nearest_points: Nearest,
     /// Where quads of points are drawn, see [`splat::quads`].
     pub(crate) canvas: wgpu::TextureView,
-    pub(crate) positions: wgpu::TextureView,
-    pub(crate) orientations: wgpu::TextureView,
+    /// What the pixels show.
+    pub(crate) records: Records,
+    /// The same before it is completed by inferred places, where it is.
+    pub(crate) geometry: Records,
     pub(crate) choice: wgpu::TextureView,
     pub(crate) blended: wgpu::TextureView,
     picture: wgpu::Texture,
     readback: wgpu::Buffer,
+}
+
+/// What the surface pass leaves of every pixel, see surface/place.wgsl.
+#[derive(Debug)]
+pub(crate) struct Records {
+    pub(crate) positions: wgpu::TextureView,
+    pub(crate) orientations: wgpu::TextureView,
 }
 
 impl Targets {
@@ -46,6 +55,10 @@ impl Targets {
             |format, size, usage| texture(format, size, usage).create_view(&Default::default());
         let drawn = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
         let target = TextureUsages::RENDER_ATTACHMENT;
+        let records = || Records {
+            positions: view(surface::POSITION_FORMAT, picture_size, drawn),
+            orientations: view(surface::ORIENTATION_FORMAT, picture_size, drawn),
+        };
         Self {
             gbuffer_size,
             picture_size,
@@ -56,8 +69,8 @@ impl Targets {
             winning_normals: view(splat::WINNING_NORMALS_FORMAT, gbuffer_size, drawn),
             nearest_points: Nearest::new(gpu, gbuffer_size, route),
             canvas: splat::quads::canvas(gpu, gbuffer_size),
-            positions: view(surface::POSITION_FORMAT, picture_size, drawn),
-            orientations: view(surface::ORIENTATION_FORMAT, picture_size, drawn),
+            records: records(),
+            geometry: records(),
             choice: view(shade::CHOICE_FORMAT, picture_size, target),
             blended: view(shade::blend_format(gpu), picture_size, drawn),
             picture: texture(shade::PICTURE_FORMAT, picture_size, target | TextureUsages::COPY_SRC),

@@ -172,8 +172,8 @@ impl ForwardPass {
             &self.gather.layout,
             vec![
                 view.as_entire_binding(),
-                texture(&targets.positions),
-                texture(&targets.orientations),
+                texture(&targets.records.positions),
+                texture(&targets.records.orientations),
                 words(indices.words.clone()),
                 buffers.homes.as_entire_binding(),
                 buffers.reaches.as_entire_binding(),

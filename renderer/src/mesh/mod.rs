@@ -97,6 +97,11 @@ impl MeshStore {
         self.tiles.remove(&key).map_or(Bounds3::EMPTY, |tile| tile.bounds)
     }
 
+    /// What is resident.
+    pub(crate) fn bounds(&self) -> Bounds3 {
+        self.tiles.values().fold(Bounds3::EMPTY, |all, tile| all.union(&tile.bounds))
+    }
+
     pub(crate) fn triangle_count(&self) -> u64 {
         self.tiles.values().map(|tile| u64::from(tile.index_count) / 3).sum()
     }

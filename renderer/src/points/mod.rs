@@ -145,6 +145,11 @@ impl PointStore {
         }
     }
 
+    /// What is resident.
+    pub(crate) fn bounds(&self) -> Bounds3 {
+        self.chunks.values().fold(Bounds3::EMPTY, |all, chunk| all.union(&chunk.bounds))
+    }
+
     pub(crate) fn point_count(&self) -> u64 {
         self.points
     }

@@ -67,6 +67,7 @@ fn both(
     mode: Mode,
     settings: Settings,
 ) -> (Frame, Vec<Option<DVec3>>, ReferenceFrame) {
+    let settings = Settings { infer: false, ..settings };
     let mut renderer = Renderer::with_settings(gpu(), settings);
     let mut scene = Scene::new(settings);
     for update in updates {

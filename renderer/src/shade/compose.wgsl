@@ -39,8 +39,9 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let sum = textureLoad(blended, cell, 0);
     var colour = frame.background;
     var surface = SHOWS_NOTHING;
-    if place.kind != SHOWS_NOTHING {
-        let coloured = sum.w > 0.0;
+    let coloured = sum.w > 0.0;
+    // An inferred place without colour is none.
+    if place.kind != SHOWS_NOTHING && (place.kind != SHOWS_INFERRED || coloured) {
         surface = place.kind + select(0u, 1u, coloured);
         switch frame.mode {
             case MODE_POINTS_COLOUR: { colour = own_colour(place); }
@@ -67,8 +68,11 @@ fn nearness(place: Place) -> f32 {
 }
 
 // From green (a centimetre) over yellow (a decimetre) to red (a metre and more); dark where no
-// photograph sees the place.
+// photograph sees the place; magenta where it was inferred.
 fn uncertainty_colour(place: Place, coloured: bool) -> vec3<f32> {
+    if place.kind == SHOWS_INFERRED {
+        return vec3(0.8, 0.1, 0.8);
+    }
     let metres = select(place.delta, POINT_M, place.kind == SHOWS_POINT);
     let t = clamp(0.5 + 0.5 * log2(max(metres, 0.01) / 0.1) / log2(10.0), 0.0, 1.0);
     let ramp = vec3(min(2.0 * t, 1.0), min(2.0 - 2.0 * t, 1.0), 0.1);

@@ -245,8 +245,8 @@ impl ShadePass {
         let uniform = uniform(gpu, bytemuck::bytes_of(frame));
         let bindings = vec![
             uniform.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&targets.positions),
-            wgpu::BindingResource::TextureView(&targets.orientations),
+            wgpu::BindingResource::TextureView(&targets.records.positions),
+            wgpu::BindingResource::TextureView(&targets.records.orientations),
             wgpu::BindingResource::TextureView(&targets.blended),
         ];
         self.compose.draw(gpu, encoder, bindings, &[&targets.picture_view()]);
@@ -376,8 +376,8 @@ impl ShadePass {
                 &self.layouts.frame,
                 &[
                     entry(0, frame.as_entire_binding()),
-                    entry(1, view(&targets.positions)),
-                    entry(2, view(&targets.orientations)),
+                    entry(1, view(&targets.records.positions)),
+                    entry(2, view(&targets.records.orientations)),
                     entry(3, view(&map_mesh)),
                     entry(4, view(&map_points)),
                     entry(5, wgpu::BindingResource::Sampler(&self.filtering)),

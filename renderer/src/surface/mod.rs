@@ -6,7 +6,7 @@
 use wgpu::util::DeviceExt as _;
 
 use crate::screen::{Bindings, ScreenPass, screen_pass};
-use crate::targets::Targets;
+use crate::targets::{Records, Targets};
 use crate::{Gpu, camera, lens, octahedral, splat};
 
 pub(crate) mod reference;
@@ -51,7 +51,7 @@ impl SurfacePass {
         Self { pass: screen_pass(gpu, "surface", &wgsl(), &formats) }
     }
 
-    /// Fills the records of every pixel of the picture. `grid` is that of a distorted view.
+    /// Fills `records` for every pixel of the picture. `grid` is that of a distorted view.
     pub(crate) fn draw(
         &self,
         gpu: &Gpu,
@@ -59,6 +59,7 @@ impl SurfacePass {
         view: &gpu_data::View,
         grid: &[[f32; 2]],
         targets: &Targets,
+        records: &Records,
     ) {
         let buffer = |contents: &[u8], usage| {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -79,6 +80,6 @@ impl SurfacePass {
             wgpu::BindingResource::TextureView(&targets.winning_normals),
             grid.as_entire_binding(),
         ];
-        self.pass.draw(gpu, encoder, bindings, &[&targets.positions, &targets.orientations]);
+        self.pass.draw(gpu, encoder, bindings, &[&records.positions, &records.orientations]);
     }
 }

@@ -1,6 +1,7 @@
 // What a pixel of the picture shows, as the surface pass leaves it for the passes after it:
 // in `positions`, relative to the eye in world axes, with flags; in `orientations`, the normal
-// and a code. Needs octahedral.wgsl.
+// and a code. A pixel that shows nothing has the unit direction of its ray for a position, or
+// zero where its lens has none. Needs octahedral.wgsl.
 
 struct Place {
     kind: u32, // of SHOWS_*
@@ -18,6 +19,7 @@ struct Place {
 const SHOWS_NOTHING: u32 = 0u;
 const SHOWS_MESH: u32 = 1u;
 const SHOWS_POINT: u32 = 3u;
+const SHOWS_INFERRED: u32 = 5u;
 // Noise between drives, and discs that do not lie in their surface, metres.
 const RELIEF_M: f32 = 0.1;
 

@@ -166,7 +166,7 @@ impl TilePass {
         let lists = empty(bytes, Usage::STORAGE | Usage::VERTEX);
         let resources = [
             frame.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&targets.positions),
+            wgpu::BindingResource::TextureView(&targets.records.positions),
             boxes.as_entire_binding(),
             pyramids_on_device.as_entire_binding(),
             draws.as_entire_binding(),

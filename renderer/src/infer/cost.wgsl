@@ -1,0 +1,27 @@
+// How much the two nearest rigs that see a hypothesis disagree on it. Needs inference.wgsl and
+// whole.wgsl.
+
+// More is no worse: there one of them sees something else.
+const WORST: f32 = 0.12;
+// Where less than two rigs see it: worse than an ordinary match, or everything would be best
+// where nobody looks.
+const UNSEEN: f32 = 0.08;
+
+@group(0) @binding(0) var<uniform> inference: Inference;
+@group(0) @binding(1) var sights: texture_2d_array<f32>;
+
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> @location(0) f32 {
+    var first = 0.0;
+    var count = 0u;
+    var cost = UNSEEN;
+    for (var rig = 0u; rig < inference.rigs && count < 2u; rig++) {
+        let seen = textureLoad(sights, vec2<i32>(at.xy), rig, 0).xy;
+        if seen.y > 0.5 {
+            cost = select(cost, min(abs(seen.x - first), WORST), count == 1u);
+            first = seen.x;
+            count++;
+        }
+    }
+    return cost;
+}

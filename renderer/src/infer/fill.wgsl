@@ -1,0 +1,47 @@
+// The records of the picture, with inferred places where there was nothing. Needs octahedral.wgsl,
+// place.wgsl, inference.wgsl and whole.wgsl.
+
+struct Filled {
+    @location(0) position: vec4<u32>,
+    @location(1) orientation: vec2<u32>,
+}
+
+@group(0) @binding(0) var<uniform> inference: Inference;
+@group(0) @binding(1) var positions: texture_2d<u32>;
+@group(0) @binding(2) var orientations: texture_2d<u32>;
+@group(0) @binding(3) var settled: texture_2d<f32>;
+
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> Filled {
+    let pixel = vec2<i32>(at.xy);
+    var filled: Filled;
+    filled.position = textureLoad(positions, pixel, 0);
+    filled.orientation = textureLoad(orientations, pixel, 0).xy;
+    let ray = bitcast<vec3<f32>>(filled.position.xyz);
+    if (filled.position.w & KIND_BITS) == SHOWS_NOTHING && dot(ray, ray) > 0.0 {
+        var place: Place;
+        place.kind = SHOWS_INFERRED;
+        place.position = ray / max(inverse_range(at.xy), 1e-9);
+        place.normal = -ray;
+        place.relief_m = RELIEF_M;
+        filled.position = packed_position(place, false);
+        filled.orientation = packed_orientation(place);
+    }
+    return filled;
+}
+
+// Bilinear between the cells.
+fn inverse_range(pixel: vec2<f32>) -> f32 {
+    let limit = vec2<i32>(inference.cells) - 1;
+    let between = pixel / f32(inference.step) - 0.5;
+    let first = floor(between);
+    let t = between - first;
+    var sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let step = vec2<f32>(vec2(i & 1u, i >> 1u));
+        let cell = clamp(vec2<i32>(first + step), vec2(0), limit);
+        let weight = mix(1.0 - t, t, step);
+        sum += weight.x * weight.y * textureLoad(settled, cell, 0).x;
+    }
+    return sum;
+}

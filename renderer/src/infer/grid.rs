@@ -1,0 +1,126 @@
+//! The grid of cells on which depths are inferred, and the textures over it.
+
+use glam::UVec2;
+
+use crate::Gpu;
+
+/// Pixels a side of the smallest cells.
+const MIN_STEP: u32 = 4;
+/// Cells are as large as it takes for this many to cover a picture.
+const MAX_CELLS: u32 = 1 << 16;
+
+pub(super) const RAY_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+pub(super) const KNOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+pub(super) const INVERSE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
+pub(super) const SIGHT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
+pub(super) const RANK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+pub(super) const COST_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
+
+/// Most rigs that are asked about a hypothesis: two must see it, and the nearest need not.
+pub(super) const MAX_RIGS: u32 = 4;
+
+/// How a picture is cut into cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Grid {
+    pub(crate) picture: UVec2,
+    /// Pixels a side of a cell, a multiple of 4.
+    pub(crate) step: u32,
+    pub(crate) cells: UVec2,
+    /// Hypotheses between the backdrop and the diffused depth.
+    pub(crate) between: u32,
+    /// All hypotheses of a cell: those, these two, and where there are any between, one nearer.
+    pub(crate) hypotheses: u32,
+}
+
+impl Grid {
+    /// The finest grid over a picture such that all hypotheses, one below the other, make a
+    /// texture of at most `max_side`; `None` where there is none.
+    pub(crate) fn new(picture: UVec2, between: u32, max_side: u32) -> Option<Self> {
+        let hypotheses = between + if between > 0 { 3 } else { 2 };
+        let mut step = MIN_STEP;
+        while step < max_side {
+            let cells = UVec2::new(picture.x.div_ceil(step), picture.y.div_ceil(step));
+            if cells.element_product() <= MAX_CELLS
+                && cells.y.saturating_mul(hypotheses) <= max_side
+            {
+                return Some(Self { picture, step, cells, between, hypotheses });
+            }
+            step *= 2;
+        }
+        None
+    }
+
+    pub(super) fn tall(&self) -> UVec2 {
+        UVec2::new(self.cells.x, self.cells.y * self.hypotheses)
+    }
+}
+
+/// The textures of one grid, kept between frames.
+#[derive(Debug)]
+pub(super) struct Cells {
+    pub(super) grid: Grid,
+    pub(super) rays: wgpu::TextureView,
+    /// The pyramid, finest first, of what is known.
+    pub(super) known: Vec<wgpu::TextureView>,
+    /// The same, whole.
+    pub(super) whole: Vec<wgpu::TextureView>,
+    pub(super) sights: wgpu::TextureView,
+    /// Its layers, one a rig.
+    pub(super) sight_of_rig: Vec<wgpu::TextureView>,
+    pub(super) ranks: wgpu::TextureView,
+    pub(super) costs: [wgpu::TextureView; 2],
+    pub(super) chosen: wgpu::TextureView,
+    /// Of this picture and of the one before it, by turns.
+    pub(super) settled: [wgpu::TextureView; 2],
+}
+
+impl Cells {
+    pub(super) fn new(gpu: &Gpu, grid: Grid) -> Self {
+        let texture = |size: UVec2, layers, format| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("infer"),
+                size: wgpu::Extent3d {
+                    width: size.x,
+                    height: size.y,
+                    depth_or_array_layers: layers,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                    | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
+        };
+        let view = |size, format| texture(size, 1, format).create_view(&Default::default());
+        let mut sizes = vec![grid.cells];
+        while let Some(&size) = sizes.last().filter(|size| size.max_element() > 1) {
+            sizes.push((size + 1) / 2);
+        }
+        let sights = texture(grid.tall(), MAX_RIGS, SIGHT_FORMAT);
+        let of_rig = |rig| {
+            sights.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: rig,
+                array_layer_count: Some(1),
+                ..Default::default()
+            })
+        };
+        Self {
+            grid,
+            rays: view(grid.cells, RAY_FORMAT),
+            known: sizes.iter().map(|&size| view(size, KNOWN_FORMAT)).collect(),
+            whole: sizes.iter().map(|&size| view(size, INVERSE_FORMAT)).collect(),
+            sights: sights.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            }),
+            sight_of_rig: (0..MAX_RIGS).map(of_rig).collect(),
+            ranks: view(grid.tall(), RANK_FORMAT),
+            costs: [view(grid.tall(), COST_FORMAT), view(grid.tall(), COST_FORMAT)],
+            chosen: view(grid.cells, INVERSE_FORMAT),
+            settled: [view(grid.cells, INVERSE_FORMAT), view(grid.cells, INVERSE_FORMAT)],
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! Depth where there is no geometry, as the photographs agree on it.
+//!
+//! Lidar ends a few degrees above the horizon, and meshes have holes. What a picture shows there
+//! is still in the photographs; only its depth is missing. On a coarse grid of cells every cell
+//! gets hypotheses: the inverse depth diffused from what is known around it, a backdrop beyond the
+//! scene, and some between. The photographs are looked up at each; the one on which the nearest
+//! two that see it agree best, over a window, wins. The records of the picture are then completed
+//! by places that are marked as inferred: they are coloured like others, and measure nothing.
+//!
+//! Equations and reasons are in reference.rs.
+
+use flaneur_scene::{PosedCamera, View};
+use wgpu::util::DeviceExt as _;
+
+use crate::photographs::atlas::Atlas;
+use crate::screen::{ScreenPass, screen_pass, screen_pass_with};
+use crate::shade::photograph::Drawn;
+use crate::surface::{ORIENTATION_FORMAT, PLACE_WGSL, POSITION_FORMAT};
+use crate::targets::Targets;
+use crate::{Gpu, lens, octahedral, shade};
+
+mod grid;
+#[cfg(test)]
+mod reference;
+mod sight;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use grid::Grid;
+use grid::{COST_FORMAT, Cells, INVERSE_FORMAT, KNOWN_FORMAT, MAX_RIGS, RAY_FORMAT};
+use sight::SightPass;
+
+const INFERENCE_WGSL: &str = include_str!("inference.wgsl");
+const WHOLE_WGSL: &str = include_str!("whole.wgsl");
+
+/// How many times the scene's extent away the backdrop is: what is so far moves less than a
+/// pixel between photographs.
+const BACKDROP: f64 = 4.0;
+/// Range of the backdrop of a scene without geometry, metres.
+const LONE_BACKDROP_M: f64 = 1000.0;
+/// Farthest that the eye may have moved since the picture before for its depths to count,
+/// metres.
+const SAME_WALK_M: f64 = 0.5;
+
+pub(crate) mod gpu_data {
+    use crate::lens::gpu_data::Lens;
+
+    /// Mirrors `Inference` in inference.wgsl.
+    #[repr(C)]
+    #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+    pub(crate) struct Inference {
+        pub(crate) size: [u32; 2],
+        pub(crate) cells: [u32; 2],
+        pub(crate) step: u32,
+        pub(crate) hypotheses: u32,
+        pub(crate) diffused_index: u32,
+        pub(crate) rigs: u32,
+        pub(crate) backdrop: f32,
+        pub(crate) has_before: u32,
+        pub(crate) padding: [u32; 2],
+    }
+
+    /// Mirrors `Before` in choose.wgsl.
+    #[repr(C)]
+    #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+    pub(crate) struct Before {
+        pub(crate) lens: Lens,
+        pub(crate) right: [f32; 3],
+        pub(crate) step: f32,
+        pub(crate) down: [f32; 3],
+        pub(crate) padding_0: u32,
+        pub(crate) forward: [f32; 3],
+        pub(crate) padding_1: u32,
+        pub(crate) eye: [f32; 3],
+        pub(crate) padding_2: u32,
+    }
+}
+
+/// Every shader of this pass, by name.
+pub(crate) fn sources() -> [(&'static str, String); 10] {
+    let with = |parts: &[&str]| parts.concat();
+    let plain = |own: &str| with(&[INFERENCE_WGSL, WHOLE_WGSL, own]);
+    let places = [octahedral::WGSL, PLACE_WGSL].concat();
+    let gather = plain(include_str!("gather.wgsl"));
+    let fill = plain(include_str!("fill.wgsl"));
+    let choose = plain(include_str!("choose.wgsl"));
+    [
+        ("gather", [&places, &gather[..]].concat()),
+        ("pull", with(&[WHOLE_WGSL, include_str!("pull.wgsl")])),
+        ("top", plain(include_str!("top.wgsl"))),
+        ("push", with(&[WHOLE_WGSL, include_str!("push.wgsl")])),
+        ("sight", sight::wgsl()),
+        ("cost", plain(include_str!("cost.wgsl"))),
+        ("window", plain(include_str!("window.wgsl"))),
+        ("choose", [lens::WGSL, &choose[..]].concat()),
+        ("settle", plain(include_str!("settle.wgsl"))),
+        ("fill", [&places, &fill[..]].concat()),
+    ]
+}
+
+/// The pipelines of this pass, and what it remembers of the picture before.
+#[derive(Debug)]
+pub(crate) struct InferPass {
+    gather: ScreenPass,
+    pull: ScreenPass,
+    top: ScreenPass,
+    push: ScreenPass,
+    sight: SightPass,
+    cost: ScreenPass,
+    windows: [ScreenPass; 2],
+    choose: ScreenPass,
+    settle: ScreenPass,
+    fill: ScreenPass,
+    cells: Option<Cells>,
+    before: Option<PosedCamera>,
+}
+
+/// What depths are inferred from, beside the records of the picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Evidence<'a> {
+    pub(crate) view: &'a View,
+    pub(crate) frame: &'a shade::gpu_data::Frame,
+    /// Ordered by rig, the nearest first.
+    pub(crate) photographs: &'a [Drawn],
+    pub(crate) atlas: &'a Atlas,
+    /// From the eye to the farthest resident geometry, metres; 0 without any.
+    pub(crate) extent_m: f64,
+}
+
+impl InferPass {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        let [gather, pull, top, push, _, cost, window, choose, settle, fill] = sources();
+        let pass = |(label, wgsl): (&'static str, String), formats: &[wgpu::TextureFormat]| {
+            screen_pass(gpu, label, &wgsl, formats)
+        };
+        let along = |x: bool| {
+            let constants = [("ALONG_X", f64::from(u8::from(x)))];
+            screen_pass_with(gpu, window.0, &window.1, &[COST_FORMAT], &constants)
+        };
+        Self {
+            gather: pass(gather, &[RAY_FORMAT, KNOWN_FORMAT]),
+            pull: pass(pull, &[KNOWN_FORMAT]),
+            top: pass(top, &[INVERSE_FORMAT]),
+            push: pass(push, &[INVERSE_FORMAT]),
+            sight: SightPass::new(gpu),
+            cost: pass(cost, &[COST_FORMAT]),
+            windows: [along(true), along(false)],
+            choose: pass(choose, &[INVERSE_FORMAT]),
+            settle: pass(settle, &[INVERSE_FORMAT]),
+            fill: pass(fill, &[POSITION_FORMAT, ORIENTATION_FORMAT]),
+            cells: None,
+            before: None,
+        }
+    }
+
+    /// The records of `targets`: its geometry, completed by inferred places.
+    pub(crate) fn draw(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        evidence: Evidence<'_>,
+        grid: Grid,
+        targets: &Targets,
+    ) {
+        if self.cells.as_ref().is_some_and(|cells| cells.grid != grid) {
+            self.cells = None;
+            self.before = None;
+        }
+        let view = evidence.view;
+        let cells = self.cells.get_or_insert_with(|| Cells::new(gpu, grid));
+        let before = self.before.replace(view.camera);
+        let before = before.filter(|b| b.centre.distance(view.eye()) < SAME_WALK_M);
+        cells.settled.reverse();
+
+        let rigs = evidence.photographs.chunk_by(|a, b| a.rig == b.rig).count() as u32;
+        let range_m = if evidence.extent_m > 0.0 { evidence.extent_m } else { LONE_BACKDROP_M };
+        let inference = gpu_data::Inference {
+            size: grid.picture.to_array(),
+            cells: grid.cells.to_array(),
+            step: grid.step,
+            hypotheses: grid.hypotheses,
+            diffused_index: grid.between + 1,
+            rigs: rigs.min(MAX_RIGS),
+            backdrop: (1.0 / (BACKDROP * range_m)) as f32,
+            has_before: u32::from(before.is_some()),
+            padding: [0; 2],
+        };
+        let before = before.map(|before| before_data(&before, view, grid)).unwrap_or_default();
+        let uniform = |contents: &[u8]| {
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("infer"),
+                contents,
+                usage: wgpu::BufferUsages::UNIFORM,
+            })
+        };
+        let frame = uniform(bytemuck::bytes_of(evidence.frame));
+        let uniforms =
+            (uniform(bytemuck::bytes_of(&inference)), uniform(bytemuck::bytes_of(&before)));
+        let (inference, before) = (uniforms.0.as_entire_binding(), uniforms.1.as_entire_binding());
+        let texture = wgpu::BindingResource::TextureView;
+
+        let seen = vec![inference.clone(), texture(&targets.geometry.positions)];
+        self.gather.draw(gpu, encoder, seen, &[&cells.rays, &cells.known[0]]);
+        for pair in cells.known.windows(2) {
+            self.pull.draw(gpu, encoder, vec![texture(&pair[0])], &[&pair[1]]);
+        }
+        if let (Some(known), Some(whole)) = (cells.known.last(), cells.whole.last()) {
+            let bindings = vec![inference.clone(), texture(known)];
+            self.top.draw(gpu, encoder, bindings, &[whole]);
+        }
+        for (known, pair) in cells.known.iter().zip(cells.whole.windows(2)).rev() {
+            self.push.draw(gpu, encoder, vec![texture(known), texture(&pair[1])], &[&pair[0]]);
+        }
+        let buffers = sight::Buffers { frame: &frame, inference: &uniforms.0 };
+        self.sight.draw(gpu, encoder, buffers, evidence, cells);
+        let [costs, costs_x] = &cells.costs;
+        let bindings = vec![inference.clone(), texture(&cells.sights)];
+        self.cost.draw(gpu, encoder, bindings, &[costs]);
+        let [along_x, along_y] = &self.windows;
+        along_x.draw(gpu, encoder, vec![inference.clone(), texture(costs)], &[costs_x]);
+        along_y.draw(gpu, encoder, vec![inference.clone(), texture(costs_x)], &[costs]);
+        let [settled, settled_before] = &cells.settled;
+        let bindings = vec![
+            inference.clone(),
+            texture(&cells.rays),
+            texture(costs),
+            texture(&cells.whole[0]),
+            before,
+            texture(settled_before),
+        ];
+        self.choose.draw(gpu, encoder, bindings, &[&cells.chosen]);
+        let bindings = vec![inference.clone(), texture(&cells.whole[0]), texture(&cells.chosen)];
+        self.settle.draw(gpu, encoder, bindings, &[settled]);
+        let bindings = vec![
+            inference,
+            texture(&targets.geometry.positions),
+            texture(&targets.geometry.orientations),
+            texture(settled),
+        ];
+        let filled = &targets.records;
+        self.fill.draw(gpu, encoder, bindings, &[&filled.positions, &filled.orientations]);
+    }
+}
+
+/// The picture before as that from `view` sees it.
+fn before_data(before: &PosedCamera, view: &View, grid: Grid) -> gpu_data::Before {
+    let axes = before.cam_from_world.transpose();
+    gpu_data::Before {
+        lens: lens::gpu_data::Lens::new(&before.lens),
+        right: axes.x_axis.as_vec3().to_array(),
+        down: axes.y_axis.as_vec3().to_array(),
+        forward: axes.z_axis.as_vec3().to_array(),
+        eye: (before.centre - view.eye()).as_vec3().to_array(),
+        step: grid.step as f32,
+        ..Default::default()
+    }
+}

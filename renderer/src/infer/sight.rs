@@ -1,0 +1,225 @@
+//! What the photographs show at the hypotheses: one pass a rig, its cameras ranked by the depth
+//! test.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+use wgpu::util::DeviceExt as _;
+
+use super::Evidence;
+use super::grid::{Cells, RANK_FORMAT, SIGHT_FORMAT};
+use crate::Gpu;
+use crate::shade;
+use crate::shade::photograph::{Drawn, gpu_data::Photograph};
+
+/// Bytes between photographs in their uniform buffer: no device wants more.
+const PHOTOGRAPH_STRIDE: usize = 256;
+
+#[derive(Debug)]
+pub(super) struct SightPass {
+    module: wgpu::ShaderModule,
+    layouts: [wgpu::BindGroupLayout; 3],
+    filtering: wgpu::Sampler,
+    /// One a lens model, made when first needed.
+    pipelines: Mutex<BTreeMap<u32, wgpu::RenderPipeline>>,
+}
+
+/// The uniforms that all its draws share.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Buffers<'a> {
+    pub(super) frame: &'a wgpu::Buffer,
+    pub(super) inference: &'a wgpu::Buffer,
+}
+
+/// The shader.
+pub(super) fn wgsl() -> String {
+    [&shade::colour_wgsl(), super::INFERENCE_WGSL, include_str!("sight.wgsl")].concat()
+}
+
+impl SightPass {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        Self {
+            module: gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some("sight"),
+                source: wgpu::ShaderSource::Wgsl(wgsl().into()),
+            }),
+            layouts: layouts(gpu),
+            filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("sight"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                ..Default::default()
+            }),
+            pipelines: Mutex::default(),
+        }
+    }
+
+    /// Fills a layer of `cells.sights` for each of the nearest rigs.
+    pub(super) fn draw(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        buffers: Buffers<'_>,
+        evidence: Evidence<'_>,
+        cells: &Cells,
+    ) {
+        let Evidence { photographs, atlas, .. } = evidence;
+        let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("sight"),
+                layout,
+                entries,
+            })
+        };
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        let view = wgpu::BindingResource::TextureView;
+        let mut contents = vec![0; PHOTOGRAPH_STRIDE * photographs.len().max(1)];
+        for (slot, drawn) in contents.chunks_mut(PHOTOGRAPH_STRIDE).zip(photographs) {
+            let data = bytemuck::bytes_of(&drawn.data);
+            slot[..data.len()].copy_from_slice(data);
+        }
+        let contents = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("sight"),
+            contents: &contents,
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let [frame_layout, photograph_layout, atlas_layout] = &self.layouts;
+        let of_frame = group(
+            frame_layout,
+            &[
+                entry(0, buffers.frame.as_entire_binding()),
+                entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
+                entry(6, buffers.inference.as_entire_binding()),
+                entry(7, view(&cells.rays)),
+                entry(8, view(&cells.whole[0])),
+            ],
+        );
+        let of_photograph = group(
+            photograph_layout,
+            &[entry(
+                0,
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer: &contents,
+                    offset: 0,
+                    size: std::num::NonZero::new(size_of::<Photograph>() as u64),
+                }),
+            )],
+        );
+        let atlases: Vec<_> = atlas
+            .views()
+            .iter()
+            .map(|atlas| group(atlas_layout, &[entry(0, view(atlas))]))
+            .collect();
+        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        let numbered: Vec<(u32, &Drawn)> = (0..).zip(photographs).collect();
+        let rigs = numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig);
+        for (rig, layer) in rigs.zip(&cells.sight_of_rig) {
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("sight"),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: layer,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })],
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &cells.ranks,
+                    depth_ops: Some(wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(0.0),
+                        store: wgpu::StoreOp::Discard,
+                    }),
+                    stencil_ops: None,
+                }),
+                ..Default::default()
+            });
+            pass.set_bind_group(0, &of_frame, &[]);
+            for (index, drawn) in rig {
+                let model = drawn.data.lens.model;
+                let pipeline = pipelines.entry(model).or_insert_with(|| self.pipeline(gpu, model));
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(1, &of_photograph, &[index * PHOTOGRAPH_STRIDE as u32]);
+                pass.set_bind_group(2, &atlases[drawn.atlas], &[]);
+                pass.draw(0..3, 0..1);
+            }
+        }
+    }
+
+    fn pipeline(&self, gpu: &Gpu, lens_model: u32) -> wgpu::RenderPipeline {
+        let constants = [("LENS_MODEL", f64::from(lens_model))];
+        let compilation_options =
+            wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("sight"),
+            bind_group_layouts: &self.layouts.each_ref().map(Some),
+            immediate_size: 0,
+        });
+        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("sight"),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &self.module,
+                entry_point: Some("whole"),
+                compilation_options: compilation_options.clone(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: RANK_FORMAT,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Greater),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &self.module,
+                entry_point: Some("fs"),
+                compilation_options,
+                targets: &[Some(SIGHT_FORMAT.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
+
+fn layouts(gpu: &Gpu) -> [wgpu::BindGroupLayout; 3] {
+    let layout = |entries: &[wgpu::BindGroupLayoutEntry]| {
+        gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("sight"),
+            entries,
+        })
+    };
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty,
+        count: None,
+    };
+    let texture = |filterable, view_dimension| wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable },
+        view_dimension,
+        multisampled: false,
+    };
+    let uniform = |has_dynamic_offset| wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Uniform,
+        has_dynamic_offset,
+        min_binding_size: None,
+    };
+    let cells = texture(false, wgpu::TextureViewDimension::D2);
+    [
+        layout(&[
+            entry(0, uniform(false)),
+            entry(5, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+            entry(6, uniform(false)),
+            entry(7, cells),
+            entry(8, cells),
+        ]),
+        layout(&[entry(0, uniform(true))]),
+        layout(&[entry(0, texture(true, wgpu::TextureViewDimension::D2Array))]),
+    ]
+}
