@@ -60,6 +60,10 @@ pub(crate) static METHODS: &[Method] =
         changed("hybrid-without-refinement", "Depth maps are of the mesh alone", |whole| {
             Settings { refine_by_points: false, ..whole }
         }),
+        changed("hybrid-without-inference", "No depths are inferred", |whole| Settings {
+            infer: false,
+            ..whole
+        }),
         changed("hybrid-without-gains", "Photographs keep their own exposure", |whole| Settings {
             exposure_gains: false,
             ..whole

@@ -1,4 +1,4 @@
-// The grid on which depths are inferred, and its hypotheses. Equations in infer/reference.rs.
+// The grid on which depths are inferred, and its hypotheses.
 
 // Mirrors `gpu_data::Inference` in infer/mod.rs.
 struct Inference {

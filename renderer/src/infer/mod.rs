@@ -6,8 +6,6 @@
 //! scene, and some between. The photographs are looked up at each; the one on which the nearest
 //! two that see it agree best, over a window, wins. The records of the picture are then completed
 //! by places that are marked as inferred: they are coloured like others, and measure nothing.
-//!
-//! Equations and reasons are in reference.rs.
 
 use flaneur_scene::{PosedCamera, View};
 use wgpu::util::DeviceExt as _;
@@ -20,11 +18,7 @@ use crate::targets::Targets;
 use crate::{Gpu, lens, octahedral, shade};
 
 mod grid;
-#[cfg(test)]
-mod reference;
 mod sight;
-#[cfg(test)]
-mod tests;
 
 pub(crate) use grid::Grid;
 use grid::{COST_FORMAT, Cells, INVERSE_FORMAT, KNOWN_FORMAT, MAX_RIGS, RAY_FORMAT};

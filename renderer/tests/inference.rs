@@ -1,0 +1,123 @@
+//! Pictures of what no geometry tells of.
+
+mod common;
+
+use common::*;
+use flaneur_renderer::{Frame, Mode, Settings, Surface};
+use flaneur_scene::{SceneUpdate, View};
+use glam::{DVec3, UVec2};
+
+const SIZE: UVec2 = UVec2::new(320, 240);
+const PHOTO: UVec2 = UVec2::new(640, 480);
+/// What the photographs show of the sky.
+const SKY: DVec3 = DVec3::new(1.0, 0.0, 1.0);
+
+/// Looks at the wall, which the mesh lacks, from between the photographs.
+fn view(street: &Street) -> View {
+    View::from(camera(street.origin, [-0.8, 0.2, 1.8], 88.0, 12.0, 60.0, SIZE))
+}
+
+/// Photographs a metre apart; of the mesh the ground and the far box only.
+fn without_wall(street: &Street) -> Vec<SceneUpdate> {
+    let place = |y: f64| camera(street.origin, [-0.9, y, 1.9], 90.0, 14.0, 80.0, PHOTO);
+    let mut updates: Vec<SceneUpdate> = [("a/east", -0.9), ("b/east", 0.1), ("c/east", 1.1)]
+        .into_iter()
+        .map(|(id, y)| image_update(street.photograph(id, place(y))))
+        .collect();
+    updates.push(mesh_update(street.mesh(&[1, 2], 0.0)));
+    updates
+}
+
+/// A wall on the ground, and a box far off: no pole before it.
+fn street() -> Street {
+    Street {
+        blocks: vec![
+            block([6.0, -20.0, 0.0], [10.0, 20.0, 6.0]),
+            block([-9.0, 4.0, 0.0], [-5.0, 14.0, 7.0]),
+        ],
+        ..Street::with_pole(DVec3::ZERO)
+    }
+}
+
+fn frame(settings: Settings) -> Frame {
+    let street = street();
+    renderer(settings, without_wall(&street)).render(&view(&street)).expect("a frame")
+}
+
+fn off() -> Settings {
+    Settings { infer: false, ..Settings::default() }
+}
+
+/// Mean difference from the truth, 255ths, of the pixels that show `object`, or the sky.
+fn missed(frame: &Frame, object: Option<usize>) -> f64 {
+    let street = street();
+    let truth = street.picture(&view(&street).camera);
+    let differences: Vec<f64> = (0..truth.len())
+        .filter(|&i| {
+            truth[i].map(|(hit, _)| hit.object) == object && !frame.surfaces[i].is_geometry()
+        })
+        .map(|i| difference(&frame.rgba, i, truth[i].map_or(SKY, |(_, colour)| colour)))
+        .collect();
+    assert!(differences.len() > 5000, "{} pixels of {object:?}", differences.len());
+    differences.iter().sum::<f64>() / differences.len() as f64
+}
+
+/// Nothing tells of the wall but the photographs. The depths between find it better than the two
+/// alone; both are nearer to the truth than the background.
+#[test]
+fn a_missing_wall_is_seen_where_the_photographs_agree() {
+    let alone = frame(Settings { inferred_hypotheses: 0, ..Settings::default() });
+    let between = frame(Settings::default());
+    keep(&between, "missing-wall");
+    let [nothing, alone, between] = [&frame(off()), &alone, &between].map(|f| missed(f, Some(0)));
+    println!("off by {nothing:.1}, with two hypotheses {alone:.1}, with all {between:.1}");
+    assert!(between < 0.9 * alone && between < 0.4 * nothing, "{between} {alone} {nothing}");
+}
+
+#[test]
+fn the_sky_has_the_colour_that_photographs_show() {
+    let sky = missed(&frame(Settings::default()), None);
+    assert!(sky < 12.0 && missed(&frame(off()), None) > 100.0, "{sky}");
+}
+
+#[test]
+fn what_is_inferred_is_marked_and_changes_nothing_else() {
+    let (with, without) = (frame(Settings::default()), frame(off()));
+    let mut inferred = 0;
+    for (i, (&now, &before)) in with.surfaces.iter().zip(&without.surfaces).enumerate() {
+        if before == Surface::Background {
+            assert!(!now.is_geometry() && !now.is_coloured(), "{now:?}");
+            inferred += u64::from(now == Surface::Inferred);
+        } else {
+            assert_eq!(now, before);
+            assert_eq!(with.rgba[4 * i..4 * i + 4], without.rgba[4 * i..4 * i + 4], "pixel {i}");
+        }
+    }
+    assert_eq!((with.stats.inferred_pixels, without.stats.inferred_pixels), (inferred, 0));
+    assert_eq!(with.stats.geometry_pixels, without.stats.geometry_pixels);
+    assert!(inferred > 20_000, "{inferred}");
+}
+
+#[test]
+fn modes_that_measure_infer_nothing() {
+    let street = street();
+    let mut renderer = renderer(Settings::default(), without_wall(&street));
+    for mode in [Mode::Depth, Mode::Normals, Mode::Mesh, Mode::Points, Mode::Wireframe] {
+        let frame = renderer.render_as(&view(&street), mode).expect("a frame");
+        assert_eq!(frame.stats.inferred_pixels, 0, "{mode:?}");
+    }
+    let frame = renderer.render_as(&view(&street), Mode::Uncertainty).expect("a frame");
+    let marked = frame.surfaces.iter().zip(frame.rgba.chunks(4));
+    let marked = marked.filter(|(surface, _)| **surface == Surface::Inferred);
+    assert!(marked.clone().count() > 20_000);
+    assert!(marked.clone().all(|(_, rgba)| rgba[0] > 150 && rgba[1] < 60 && rgba[2] > 150));
+}
+
+#[test]
+fn nothing_at_all_is_inferred_without_photographs() {
+    let street = street();
+    let updates = vec![mesh_update(street.mesh(&[1], 0.0))];
+    let frame = renderer(Settings::default(), updates).render(&view(&street)).expect("a frame");
+    assert_eq!(frame.stats.inferred_pixels, 0);
+    assert!(frame.surfaces.contains(&Surface::Background));
+}
