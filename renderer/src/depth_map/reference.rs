@@ -20,6 +20,11 @@
 //! mesh's uncertainty δ, and the discs of the maps, which face the photograph and so stand out
 //! of an inclined surface by up to their radius. A road seen from a car is inclined by 80° and
 //! more: without ρ it hides itself. Points whose orientation is not known have none.
+//!
+//! Drives put the same surface up to decimetres apart, and then its points hide each other. So
+//! what points hide by less than 40 cm is undecided rather than hidden: it keeps a ten-thousandth
+//! of its visibility, less and less towards 40 cm. Beside a photograph that sees the place this
+//! counts for nothing; where none does, the place is not left without colour.
 
 use glam::DVec3;
 
@@ -41,6 +46,9 @@ pub(crate) enum Place {
 /// Centimetres of noise allowed to lidar ranges.
 const POINT_NOISE_M: f64 = 0.03;
 
+/// How far apart drives may put one surface, metres.
+const UNDECIDED_M: f64 = 0.4;
+
 pub(crate) fn depth_on_texel_ray(c: DVec3, n: DVec3, ray: DVec3) -> f64 {
     let z = n.dot(c) / n.dot(ray);
     if z > 0.0 { z.min(c.z).max(0.5 * c.z) } else { c.z }
@@ -56,17 +64,20 @@ pub(crate) fn depth_bias(texel_m: f64, pose_m: f64, n: DVec3, ray: DVec3) -> f64
     texel_m + pose_m * (1.0 + n.truncate().length() / n.dot(ray).abs().max(LEAST_SLOPE))
 }
 
-pub(crate) fn is_visible(
+pub(crate) fn visibility(
     z: f64,
     bias: f64,
     place: Place,
     relief: f64,
     occluders: Occluders,
-) -> bool {
-    let mesh = match place {
+) -> f64 {
+    let before_mesh = match place {
         Place::Mesh => z,
         Place::Point => z - occluders.mesh_uncertainty_m,
     };
-    let point = z - relief;
-    mesh <= occluders.mesh_m + bias && point <= occluders.point_m + bias + POINT_NOISE_M
+    if before_mesh > occluders.mesh_m + bias {
+        return 0.0;
+    }
+    let hidden_by_m = z - relief - bias - POINT_NOISE_M - occluders.point_m;
+    if hidden_by_m <= 0.0 { 1.0 } else { 1e-4 * (1.0 - hidden_by_m / UNDECIDED_M).max(0.0) }
 }

@@ -10,7 +10,7 @@ use super::discs::{Discs, Point, Target};
 use super::pyramid::Pyramid;
 use super::triangles::Triangles;
 use crate::depth_map::reference::{
-    self, Occluders, depth_bias, depth_on_texel_ray, is_visible, relief_depth,
+    self, Occluders, depth_bias, depth_on_texel_ray, relief_depth, visibility,
 };
 use crate::mesh::reference::NO_MESH_M;
 use crate::pinhole::{MAX_TANGENT, Pinhole};
@@ -105,16 +105,14 @@ impl<'a> Photograph<'a> {
         let place = if shown.is_point { reference::Place::Point } else { reference::Place::Mesh };
         [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE]
             .into_iter()
-            .filter(|&step| {
+            .map(|step| {
                 let texel = first + step;
                 let ray = self.map.ray(texel);
                 let z = depth_on_texel_ray(c, n, ray);
                 let relief = relief_depth(shown.relief_m, n, ray);
-                is_visible(z, bias, place, relief, self.map.occluders(texel))
-            })
-            .map(|step| {
                 let share = DVec2::ONE - step + (2.0 * step - 1.0) * t;
-                share.x * share.y
+                let occluders = self.map.occluders(texel);
+                share.x * share.y * visibility(z, bias, place, relief, occluders)
             })
             .sum()
     }

@@ -51,8 +51,8 @@ fn visible_share(place: Place, n: vec3<f32>, seen: Projected) -> f32 {
         occluders.mesh = textureLoad(map_mesh, cell, layer, 0).xy;
         occluders.point = textureLoad(map_points, cell, layer, 0).x;
         let weight = mix(1.0 - t, t, step);
-        let sees = is_visible(z, bias, place.kind == SHOWS_POINT, relief, occluders);
-        share += select(0.0, weight.x * weight.y, sees);
+        let visible = visibility(z, bias, place.kind == SHOWS_POINT, relief, occluders);
+        share += weight.x * weight.y * visible;
     }
     return share;
 }
