@@ -8,6 +8,14 @@ use crate::pinhole::Pinhole;
 /// an infinite far plane.
 pub(crate) const NEAR_M: f32 = 0.05;
 
+/// Nearest depth that a view draws, metres: an orthographic one begins at the plane of its eye.
+pub(crate) fn nearest_depth(projection: ViewProjection) -> f32 {
+    match projection {
+        ViewProjection::Perspective => NEAR_M,
+        ViewProjection::Orthographic => 0.0,
+    }
+}
+
 /// The WGSL side, to be put before the shaders that use it.
 pub(crate) const WGSL: &str = include_str!("camera.wgsl");
 
@@ -33,7 +41,8 @@ impl gpu_data::Camera {
     /// The camera of a view whose G-buffer is `pinhole`.
     pub(crate) fn of_view(view: &View, pinhole: &Pinhole) -> Self {
         let orthographic = u32::from(view.projection == ViewProjection::Orthographic);
-        Self { orthographic, ..Self::new(&view.camera, pinhole) }
+        let near = nearest_depth(view.projection);
+        Self { orthographic, near, ..Self::new(&view.camera, pinhole) }
     }
 
     pub(crate) fn new(camera: &PosedCamera, pinhole: &Pinhole) -> Self {

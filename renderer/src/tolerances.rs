@@ -97,3 +97,8 @@ pub const EXPOSED_STEP_255: f64 = 2.5;
 /// The same with exposure gains, which are solved again as rigs come and go: a photograph goes
 /// 15 % of the way to its new gain each frame, of differences of up to 15 bytes.
 pub const GAINS_STEP_255: f64 = 4.5;
+
+/// Places within 10 m of the eye, metres, wherever in the world: positions relative to the eye are
+/// good to 1e-6 m, and the street is far enough from grazing to multiply that by less than 10. A
+/// pixel of a large picture is a hundred times as wide there.
+pub const JITTER_M: f64 = 1e-5;

@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use flaneur_scene::{Bounds3, PointChunk, PointNodeId, PosedCamera};
+use flaneur_scene::{Bounds3, PointChunk, PointNodeId, PosedCamera, ViewProjection};
 use glam::{DVec3, Vec3};
 
 use super::Ray;
 use super::boxes::Boxes;
-use crate::camera::NEAR_M;
+use crate::camera::{NEAR_M, nearest_depth};
 use crate::settings::SplatNormals;
-use crate::splat::reference::{self, disc_depth, disc_normal, drawn_radius};
+use crate::splat::reference::{
+    self, depth_along, disc_normal, drawn_radius, drawn_radius_without_perspective,
+};
 use crate::{Settings, splat};
 
 /// A point of the scene, whoever looks at it.
@@ -33,9 +35,8 @@ impl Point {
         self.normal != DVec3::ZERO
     }
 
-    /// The normal of its disc as seen from `eye`: unit, towards it.
-    pub(super) fn disc_normal(&self, eye: DVec3) -> DVec3 {
-        let toward = (eye - self.position).normalize_or_zero();
+    /// The normal of its disc for an eye in the direction `toward`: unit, towards it.
+    pub(super) fn disc_normal(&self, toward: DVec3) -> DVec3 {
         disc_normal(toward, self.normal).normalize_or_zero()
     }
 }
@@ -50,6 +51,8 @@ pub(super) struct Discs {
 #[derive(Clone, Copy, Debug)]
 struct Disc {
     point: reference::Point,
+    /// Unit: how the eye looks at it.
+    toward: DVec3,
     /// Depths are pushed back by this, metres.
     push_m: f64,
     /// Which point.
@@ -69,7 +72,7 @@ pub(super) struct Hit {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Target {
     /// A view.
-    View,
+    View(ViewProjection),
     /// A photograph's depth map.
     Map,
 }
@@ -141,11 +144,15 @@ impl Discs {
         focal_px: f64,
         target: Target,
     ) -> Self {
+        let near_m = match target {
+            Target::View(projection) => nearest_depth(projection).into(),
+            Target::Map => NEAR_M.into(),
+        };
         let disc = |(index, seen): (usize, &Point)| {
             let position = camera.cam_from_world(seen.position);
             let normal = camera.cam_from_world * seen.normal;
             let (stored_m, largest_px, push) = match (target, seen.has_normal()) {
-                (Target::View, _) => (seen.radius_m, splat::MAX_RADIUS_PX, 0.0),
+                (Target::View(_), _) => (seen.radius_m, splat::MAX_RADIUS_PX, 0.0),
                 (Target::Map, false) => {
                     (seen.map_radius_m, splat::MAX_MAP_RADIUS_PX, splat::MAP_PUSH)
                 }
@@ -153,10 +160,17 @@ impl Discs {
                     (seen.map_radius_m, splat::MAX_MAP_RADIUS_PX, splat::MAP_PUSH_ON_PLANE)
                 }
             };
-            let radius_m = drawn_radius(stored_m, position, focal_px, largest_px);
+            let parallel = matches!(target, Target::View(ViewProjection::Orthographic));
+            let (toward, radius_m) = if parallel {
+                let radius_m = drawn_radius_without_perspective(stored_m, focal_px, largest_px);
+                (DVec3::Z, radius_m)
+            } else {
+                let radius_m = drawn_radius(stored_m, position, focal_px, largest_px);
+                (position.normalize_or_zero(), radius_m)
+            };
             let push_m = f64::from(push) * radius_m;
             let point = reference::Point { position, normal, radius_m };
-            (position.z >= f64::from(NEAR_M)).then_some(Disc { point, push_m, index })
+            (position.z >= near_m).then_some(Disc { point, toward, push_m, index })
         };
         let discs: Vec<Disc> = points.iter().enumerate().filter_map(disc).collect();
         let around = |Disc { point, .. }: &Disc| Bounds3 {
@@ -167,13 +181,11 @@ impl Discs {
         Self { discs, boxes: Boxes::new(&bounds) }
     }
 
-    /// The nearest disc in a direction of the camera's frame, of depth 1: lowest depth, then
-    /// lowest index.
-    pub(super) fn first(&self, direction: DVec3) -> Option<Hit> {
-        let ray = Ray { origin: DVec3::ZERO, direction };
-        let found = self.boxes.first(&ray, |item| {
-            let disc = &self.discs[item];
-            Some((disc_depth(&disc.point, direction)? + disc.push_m, ()))
+    /// The nearest disc on a ray in the camera's frame: lowest depth, then lowest index.
+    pub(super) fn first(&self, ray: &Ray) -> Option<Hit> {
+        let found = self.boxes.first(ray, |item| {
+            let Disc { point, toward, push_m, .. } = &self.discs[item];
+            Some((depth_along(point, *toward, ray.origin, ray.direction)? + push_m, ()))
         })?;
         Some(Hit { depth_m: found.key, index: self.discs[found.item].index })
     }

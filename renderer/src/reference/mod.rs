@@ -26,10 +26,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use flaneur_scene::{
-    Distortion, ImageId, ImageUpdate, MeshTile, PointChunk, PointNodeId, SceneUpdate, TileKey, View,
+    Distortion, ImageId, ImageUpdate, MeshTile, PointChunk, PointNodeId, SceneUpdate, TileKey,
+    View, ViewProjection,
 };
 use glam::{DVec2, DVec3, UVec2};
 
+use crate::camera::nearest_depth;
 use crate::pinhole::MAX_TANGENT;
 use crate::surface::reference::{self as hybrid, DiscHit, MeshHit};
 use crate::{Mode, Settings, Surface};
@@ -140,7 +142,7 @@ impl Scene {
             background: DVec3::from_array(self.settings.background.map(|c| f64::from(c) / 255.0)),
             mesh: (!matches!(mode, Mode::Points | Mode::PointsColour)).then_some(&mesh),
             points: &points,
-            discs: Discs::new(drawn, camera, focal, Target::View),
+            discs: Discs::new(drawn, camera, focal, Target::View(view.projection)),
             rigs: Rigs::new(&self.images, camera.centre, &self.settings, &mesh, &points),
         };
         let UVec2 { x: columns, y: rows } = view.size();
@@ -165,13 +167,17 @@ struct Eye<'a> {
 
 impl Eye<'_> {
     fn pixel(&self, pixel: DVec2) -> Pixel {
-        let Some(in_camera) = self.direction(pixel) else {
+        let Some(in_camera) = self.ray(pixel) else {
             return self.nothing(DVec3::ZERO);
         };
         let eye = self.view.eye();
-        let direction = self.view.camera.cam_from_world.transpose() * in_camera;
-        let mesh = self.mesh.and_then(|mesh| mesh.first(&Ray { origin: eye, direction }));
-        let disc = self.discs.first(in_camera);
+        let world_from_cam = self.view.camera.cam_from_world.transpose();
+        let origin = world_from_cam * in_camera.origin;
+        let direction = world_from_cam * in_camera.direction;
+        let near_m = nearest_depth(self.view.projection).into();
+        let world_ray = Ray { origin: eye + origin, direction };
+        let mesh = self.mesh.and_then(|mesh| mesh.first(&world_ray, near_m));
+        let disc = self.discs.first(&in_camera);
         let mesh_hit = mesh.map(|hit| MeshHit {
             depth_m: hit.depth_m,
             normal: hit.normal,
@@ -179,14 +185,18 @@ impl Eye<'_> {
         });
         let disc_hit = disc.map(|hit| {
             let point = &self.points[hit.index];
+            let toward = match self.view.projection {
+                ViewProjection::Perspective => (eye - point.position).normalize_or_zero(),
+                ViewProjection::Orthographic => -direction,
+            };
             DiscHit {
                 depth_m: hit.depth_m,
                 point: point.position - eye,
-                normal: point.disc_normal(eye),
+                normal: point.disc_normal(toward),
                 has_normal: point.has_normal(),
             }
         });
-        let Some(shown) = hybrid::shown(DVec3::ZERO, direction, mesh_hit, disc_hit) else {
+        let Some(shown) = hybrid::shown(origin, direction, mesh_hit, disc_hit) else {
             return self.nothing(direction);
         };
         let what = match (shown.is_point, mesh, disc) {
@@ -197,8 +207,8 @@ impl Eye<'_> {
                 What::Point { colour: hit.and_then(|hit| self.points[hit.index].colour) }
             }
         };
-        let position = direction * shown.depth_m;
-        let pixels_per_m = self.view.camera.lens.intrinsics.fy / shown.depth_m;
+        let position = origin + direction * shown.depth_m;
+        let pixels_per_m = self.view.pixels_a_metre(shown.depth_m);
         let blend = self.rigs.blend(eye + position, &shown, pixels_per_m);
         let surface = match (shown.is_point, blend.is_some()) {
             (false, false) => Surface::MeshUncoloured,
@@ -216,13 +226,18 @@ impl Eye<'_> {
         Pixel { rgb: self.background, surface: Surface::Background, place: None, ray }
     }
 
-    /// What a raw pixel position sees, camera frame, depth 1. What lies more than 80° off the axis
-    /// of a distorted view is not drawn.
-    fn direction(&self, pixel: DVec2) -> Option<DVec3> {
-        let camera = &self.view.camera;
-        let direction = camera.lens.unproject(pixel)?;
+    /// What a raw pixel position sees, camera frame. What lies more than 80° off the axis of a
+    /// distorted view is not drawn.
+    fn ray(&self, pixel: DVec2) -> Option<Ray> {
+        let lens = &self.view.camera.lens;
+        let direction = lens.unproject(pixel)?;
         let off_axis = direction.truncate().abs().max_element();
-        let drawn = camera.lens.distortion == Distortion::None || off_axis <= MAX_TANGENT;
-        drawn.then_some(direction)
+        let drawn = lens.distortion == Distortion::None || off_axis <= MAX_TANGENT;
+        drawn.then_some(match self.view.projection {
+            ViewProjection::Perspective => Ray { origin: DVec3::ZERO, direction },
+            ViewProjection::Orthographic => {
+                Ray { origin: direction.with_z(0.0), direction: DVec3::Z }
+            }
+        })
     }
 }

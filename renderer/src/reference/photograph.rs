@@ -9,6 +9,7 @@ use super::Ray;
 use super::discs::{Discs, Point, Target};
 use super::pyramid::Pyramid;
 use super::triangles::Triangles;
+use crate::camera::NEAR_M;
 use crate::depth_map::reference::{
     self, Occluders, depth_bias, depth_on_texel_ray, relief_depth, visibility,
 };
@@ -142,9 +143,9 @@ impl Map<'_> {
             return known;
         }
         let direction = self.ray(texel);
-        let disc = self.discs.first(direction);
+        let disc = self.discs.first(&Ray { origin: DVec3::ZERO, direction });
         let direction = self.camera.cam_from_world.transpose() * direction;
-        let mesh = self.mesh.first(&Ray { origin: self.camera.centre, direction });
+        let mesh = self.mesh.first(&Ray { origin: self.camera.centre, direction }, NEAR_M.into());
         let found = Occluders {
             mesh_m: mesh.map_or(NO_MESH_M, |hit| hit.depth_m),
             mesh_uncertainty_m: mesh.map_or(0.0, |hit| hit.uncertainty_m),

@@ -1,5 +1,6 @@
 //! Frames of the device against frames of the reference.
 
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use flaneur_scene::{Distortion, Intrinsics, Lens, PosedCamera, SceneUpdate, View};
@@ -8,7 +9,7 @@ use glam::{DVec2, DVec3, UVec2};
 use super::difference::STEP_M;
 use super::{Pixel, ReferenceFrame, Scene};
 use crate::kernel_tests::{gpu, positions};
-use crate::tolerances::{DEPTH_M, FRAME_ALIKE_SHARE, FRAME_MINIFIED_255};
+use crate::tolerances::{DEPTH_M, FRAME_ALIKE_SHARE, FRAME_MINIFIED_255, JITTER_M};
 use crate::{Frame, Mode, Renderer, Settings, SplatNormals};
 
 #[expect(
@@ -97,6 +98,12 @@ fn assert_in_place(
     step_m: f64,
     least: usize,
 ) {
+    let (compared, off_m) = farthest_off(places, reference, step_m);
+    assert!(compared >= least && off_m < DEPTH_M, "{compared} places, off by up to {off_m} m");
+}
+
+/// How many places both show away from edges of `step_m`, and how far the device's are off.
+fn farthest_off(places: &[Option<DVec3>], reference: &ReferenceFrame, step_m: f64) -> (usize, f64) {
     let (mut compared, mut off_m) = (0, 0.0f64);
     let edges = reference.edges(step_m);
     for ((edge, found), expected) in edges.into_iter().zip(places).zip(&reference.pixels) {
@@ -108,7 +115,7 @@ fn assert_in_place(
         compared += 1;
         off_m = off_m.max(found.distance(expected.position));
     }
-    assert!(compared >= least && off_m < DEPTH_M, "{compared} places, off by up to {off_m} m");
+    (compared, off_m)
 }
 
 /// Each mode, without lens: the same surfaces, the same colours, the same places.
@@ -195,6 +202,53 @@ fn photographs_and_view_through_lenses() {
         assert!(difference.compared > 38_000, "{distortion:?}: {difference:?}");
         assert!(difference.alike >= FRAME_ALIKE_SHARE, "{distortion:?}: {difference:?}");
         assert_in_place(&places, &reference, DEPTH_M, 35_000);
+    }
+}
+
+/// Plan and elevation.
+#[test]
+fn views_without_perspective() {
+    let updates = street(DVec3::ZERO);
+    let plan = View::orthographic(DVec3::new(-1.0, 0.0, 30.0), 0.2, -FRAC_PI_2, 20.0, SIZE);
+    let elevation = View::orthographic(DVec3::new(-4.0, 0.5, 3.0), 1.4, -0.1, 8.0, SIZE);
+    for view in [plan, elevation] {
+        for mode in [Mode::Hybrid, Mode::Depth, Mode::Points] {
+            let (frame, places, reference) = both(&updates, &view, mode, settings());
+            keep_both(&frame, &reference, "orthographic");
+            let difference = reference.difference(&frame);
+            assert!(difference.compared > 10_000, "{mode:?}: {difference:?}");
+            assert!(difference.p99_255 <= FRAME_MINIFIED_255, "{mode:?}: {difference:?}");
+            assert!(difference.same_surface >= FRAME_ALIKE_SHARE, "{mode:?}: {difference:?}");
+            // Each disc of the pole is a step.
+            let least = if mode == Mode::Points { 0 } else { 10_000 };
+            assert_in_place(&places, &reference, STEP_M, least);
+        }
+    }
+}
+
+/// Far from the origin of coordinates, up to where f64 itself holds 15 nm: places are good to a
+/// fiftieth of a millimetre, wherever the street is and however little the eye moves, so that
+/// nothing jitters.
+#[test]
+fn far_coordinates() {
+    let origins = [
+        DVec3::new(651_187.3, 6_861_353.6, 42.8),
+        DVec3::new(100_000.1, -0.3, 2.7),
+        DVec3::splat(1e8),
+    ];
+    for origin in origins {
+        let updates = street(origin);
+        for millimetres in 0..3 {
+            let aside = 1e-3 * f64::from(millimetres);
+            let at = [-0.8 + aside, 0.5 - aside, 1.8];
+            let view = View::from(camera(origin, at, 88.0, 3.0, 60.0, SIZE / 2));
+            let (frame, places, reference) = both(&updates, &view, Mode::Hybrid, settings());
+            let difference = reference.difference(&frame);
+            assert!(difference.compared > 8_000, "{origin}: {difference:?}");
+            assert!(difference.p99_255 <= FRAME_MINIFIED_255, "{origin}: {difference:?}");
+            let (compared, off_m) = farthest_off(&places, &reference, STEP_M);
+            assert!(compared > 7_000 && off_m < JITTER_M, "{origin}: {off_m} m of {compared}");
+        }
     }
 }
 

@@ -7,7 +7,6 @@ use glam::{DVec3, Vec3};
 
 use super::Ray;
 use super::boxes::Boxes;
-use crate::camera::NEAR_M;
 use crate::mesh;
 
 /// All triangles of a scene, world frame.
@@ -51,10 +50,11 @@ impl Triangles {
         Self { triangles, boxes: Boxes::new(&bounds) }
     }
 
-    /// The nearest triangle on a ray; of several at one depth the first in the order of tiles.
-    pub(super) fn first(&self, ray: &Ray) -> Option<Hit> {
+    /// The nearest triangle on a ray, from `near_m` on; of several at one depth the first in the
+    /// order of tiles.
+    pub(super) fn first(&self, ray: &Ray, near_m: f64) -> Option<Hit> {
         let found = self.boxes.first(ray, |item| {
-            let hit = meet(&self.triangles[item], ray)?;
+            let hit = meet(&self.triangles[item], ray).filter(|hit| hit.depth_m >= near_m)?;
             Some((hit.depth_m, hit))
         })?;
         Some(found.hit)
@@ -89,7 +89,7 @@ fn meet(triangle: &Triangle, ray: &Ray) -> Option<Hit> {
     let v = ray.direction.dot(along) / determinant;
     let depth_m = ac.dot(along) / determinant;
     // Written so that what is no number (a ray in the plane) meets nothing.
-    if !(u >= -EDGE && v >= -EDGE && u + v <= 1.0 + EDGE && depth_m >= f64::from(NEAR_M)) {
+    if !(u >= -EDGE && v >= -EDGE && u + v <= 1.0 + EDGE) {
         return None;
     }
     let away = triangle.normal.dot(ray.direction) > 0.0;

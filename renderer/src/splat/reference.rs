@@ -60,12 +60,33 @@ pub(crate) fn disc_normal(toward: DVec3, n: DVec3) -> DVec3 {
     toward + (n - c * toward) * c / (c * c).max(LEAST_COSINE * LEAST_COSINE)
 }
 
+/// The same for an orthographic view, whose `focal_px` is in pixels a metre.
+pub(crate) fn drawn_radius_without_perspective(
+    stored_m: f64,
+    focal_px: f64,
+    largest_px: f32,
+) -> f64 {
+    stored_m.clamp(f64::from(MIN_RADIUS_PX) / focal_px, f64::from(largest_px) / focal_px)
+}
+
 /// Depth of a point's disc on the ray `z direction`; `None` off the disc.
+#[cfg(test)]
 pub(crate) fn disc_depth(point: &Point, direction: DVec3) -> Option<f64> {
-    let Point { position: p, normal, radius_m } = *point;
-    let n = disc_normal(p.normalize(), normal);
-    let z = n.dot(p) / n.dot(direction);
-    (z > 0.0 && (direction * z - p).length() <= radius_m).then_some(z)
+    depth_along(point, point.position.normalize(), DVec3::ZERO, direction)
+}
+
+/// Depth of a point's disc on the ray `origin + z direction`, where the eye looks at the point
+/// in the direction `toward`; `None` off the disc.
+pub(crate) fn depth_along(
+    point: &Point,
+    toward: DVec3,
+    origin: DVec3,
+    direction: DVec3,
+) -> Option<f64> {
+    let n = disc_normal(toward, point.normal);
+    let z = n.dot(point.position - origin) / n.dot(direction);
+    let off = origin + direction * z - point.position;
+    (z > 0.0 && off.length() <= point.radius_m).then_some(z)
 }
 
 /// The nearest disc at a pixel: lowest depth, then lowest index.
