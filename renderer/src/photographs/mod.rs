@@ -71,8 +71,9 @@ impl PhotographStore {
         let frustum = Frustum::new(&update.camera, &map);
         self.revision += 1;
         let (camera, revision) = (update.camera, self.revision);
-        // Not a number is nothing known.
-        let uncertainty_m = update.uncertainty_m.max(0.0).min(100.0) as f32;
+        // What is no number says nothing.
+        let stated = Some(update.uncertainty_m).filter(|metres| *metres > 0.0);
+        let uncertainty_m = stated.map_or(0.0, |metres| metres.min(100.0)) as f32;
         let photograph = Photograph { camera, uncertainty_m, lens, map, frustum, place, revision };
         let before = self.photographs.insert(update.id.clone(), photograph);
         if let Some(before) = &before {

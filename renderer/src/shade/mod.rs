@@ -8,10 +8,6 @@
 //! early stencil test skips the pixels of its rivals: on software devices both count for more
 //! than the extra passes. Last, the sums become a picture.
 
-use std::collections::BTreeMap;
-use std::sync::Mutex;
-use std::sync::PoisonError;
-
 use wgpu::util::DeviceExt as _;
 
 use crate::depth_map::DepthMaps;
@@ -24,12 +20,15 @@ use crate::tiles::TileLists;
 use crate::{Gpu, Texturing, depth_map, lens, octahedral};
 
 pub(crate) mod photograph;
+mod pipelines;
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
 
 use photograph::Drawn;
 use photograph::gpu_data::Photograph;
+use pipelines::PhotographPipelines;
+pub(crate) use pipelines::blend_format;
 
 /// The weights, to be put before the shaders that use them.
 pub(crate) const BLEND_WGSL: &str = include_str!("blend.wgsl");
@@ -92,29 +91,9 @@ pub(crate) mod gpu_data {
 /// The pipelines of this pass.
 #[derive(Debug)]
 pub(crate) struct ShadePass {
-    layouts: Layouts,
-    choose: wgpu::ShaderModule,
-    colour: wgpu::ShaderModule,
+    photographs: PhotographPipelines,
     compose: ScreenPass,
     filtering: wgpu::Sampler,
-    blend_format: wgpu::TextureFormat,
-    /// Those of a lens model and a way of texturing, made when first needed.
-    pipelines: Mutex<BTreeMap<(u32, Texturing), Pipelines>>,
-}
-
-#[derive(Debug)]
-struct Layouts {
-    frame: wgpu::BindGroupLayout,
-    photograph: wgpu::BindGroupLayout,
-    atlas: wgpu::BindGroupLayout,
-}
-
-#[derive(Clone, Debug)]
-struct Pipelines {
-    choose: wgpu::RenderPipeline,
-    chosen: wgpu::RenderPipeline,
-    alone: wgpu::RenderPipeline,
-    sprites: Option<wgpu::RenderPipeline>,
 }
 
 /// What is done with the photographs of a rig, in this order.
@@ -143,17 +122,8 @@ pub(crate) struct Sources<'a> {
 
 impl ShadePass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let module = |label, source: String| {
-            gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(label),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            })
-        };
-        let blend_format = blend_format(gpu);
         Self {
-            layouts: Layouts::new(gpu),
-            choose: module("choose", choose_wgsl()),
-            colour: module("colour", deferred_wgsl()),
+            photographs: PhotographPipelines::new(gpu),
             compose: screen_pass(gpu, "compose", &compose_wgsl(), &[PICTURE_FORMAT]),
             filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("photographs"),
@@ -162,8 +132,6 @@ impl ShadePass {
                 mipmap_filter: wgpu::MipmapFilterMode::Linear,
                 ..Default::default()
             }),
-            blend_format,
-            pipelines: Mutex::default(),
         }
     }
 
@@ -178,7 +146,7 @@ impl ShadePass {
     ) {
         let groups = self.bind_groups(gpu, frame, sources, targets);
         let texturing = sources.sprites.map_or(Texturing::Deferred, |sprites| sprites.texturing);
-        let pipelines = self.pipelines(gpu, sources);
+        let pipelines = self.photographs.all(gpu, sources);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("photographs"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -252,96 +220,6 @@ impl ShadePass {
         self.compose.draw(gpu, encoder, bindings, &[&targets.picture_view()]);
     }
 
-    fn pipelines(&self, gpu: &Gpu, sources: Sources<'_>) -> BTreeMap<(u32, Texturing), Pipelines> {
-        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        for drawn in sources.photographs {
-            let model = drawn.data.lens.model;
-            let texturing = sources.sprites.map_or(Texturing::Deferred, |s| s.texturing);
-            pipelines
-                .entry((model, texturing))
-                .or_insert_with(|| self.pipelines_of(gpu, model, sources.sprites));
-        }
-        pipelines.clone()
-    }
-
-    fn pipelines_of(&self, gpu: &Gpu, lens_model: u32, sprites: Option<&Sprites<'_>>) -> Pipelines {
-        let lens = ("LENS_MODEL", f64::from(lens_model));
-        let points_apart = ("POINTS_APART", f64::from(u8::from(sprites.is_some())));
-        let Layouts { frame, photograph, atlas } = &self.layouts;
-        let layout = |label, groups: &[Option<&wgpu::BindGroupLayout>]| {
-            gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(label),
-                bind_group_layouts: groups,
-                immediate_size: 0,
-            })
-        };
-        let tile = wgpu::VertexBufferLayout {
-            array_stride: 4,
-            step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &wgpu::vertex_attr_array![0 => Uint32],
-        };
-        let tiles = [Some(tile)];
-        let choose = layout("choose", &[Some(frame), Some(photograph)]);
-        let colour = layout("colour", &[Some(frame), Some(photograph), Some(atlas)]);
-        let chosen = wgpu::StencilFaceState {
-            compare: wgpu::CompareFunction::Equal,
-            ..wgpu::StencilFaceState::IGNORE
-        };
-        let adding = |kind: PipelineKind<'_>, constants: &[(&str, f64)], stencil| {
-            let add = wgpu::BlendComponent {
-                src_factor: wgpu::BlendFactor::One,
-                dst_factor: wgpu::BlendFactor::One,
-                operation: wgpu::BlendOperation::Add,
-            };
-            pipeline(
-                gpu,
-                kind,
-                constants,
-                wgpu::ColorTargetState {
-                    format: self.blend_format,
-                    blend: Some(wgpu::BlendState { color: add, alpha: add }),
-                    write_mask: wgpu::ColorWrites::ALL,
-                },
-                depth_stencil(false, wgpu::CompareFunction::Always, stencil),
-            )
-        };
-        let kind = |label, layout, module| PipelineKind {
-            label,
-            layout: Some(layout),
-            buffers: &tiles,
-            ..PipelineKind::of(module)
-        };
-        Pipelines {
-            choose: pipeline(
-                gpu,
-                kind("choose", &choose, &self.choose),
-                &[lens],
-                wgpu::ColorTargetState {
-                    format: self.blend_format,
-                    blend: None,
-                    write_mask: wgpu::ColorWrites::empty(),
-                },
-                depth_stencil(true, wgpu::CompareFunction::Greater, replace_always()),
-            ),
-            chosen: adding(kind("chosen", &colour, &self.colour), &[lens, points_apart], chosen),
-            alone: adding(
-                kind("alone", &colour, &self.colour),
-                &[lens, points_apart],
-                wgpu::StencilFaceState::IGNORE,
-            ),
-            sprites: sprites.map(|sprites| {
-                let groups = [frame, photograph, atlas, sprites.layout].map(Some);
-                let kind = PipelineKind {
-                    label: "sprites",
-                    layout: Some(&layout("sprites", &groups)),
-                    entry_points: ["sprite_vs", "sprite_fs"],
-                    ..PipelineKind::of(sprites.module)
-                };
-                adding(kind, &[lens], chosen)
-            }),
-        }
-    }
-
     fn bind_groups(
         &self,
         gpu: &Gpu,
@@ -373,7 +251,7 @@ impl ShadePass {
         Groups {
             frame: group(
                 "frame",
-                &self.layouts.frame,
+                &self.photographs.layouts.frame,
                 &[
                     entry(0, frame.as_entire_binding()),
                     entry(1, view(&targets.records.positions)),
@@ -385,14 +263,16 @@ impl ShadePass {
             ),
             photographs: group(
                 "photographs",
-                &self.layouts.photograph,
+                &self.photographs.layouts.photograph,
                 &[entry(0, wgpu::BindingResource::Buffer(photographs))],
             ),
             atlases: sources
                 .atlas
                 .views()
                 .iter()
-                .map(|atlas| group("atlas", &self.layouts.atlas, &[entry(0, view(atlas))]))
+                .map(|atlas| {
+                    group("atlas", &self.photographs.layouts.atlas, &[entry(0, view(atlas))])
+                })
                 .collect(),
         }
     }
@@ -402,139 +282,6 @@ struct Groups {
     frame: wgpu::BindGroup,
     photographs: wgpu::BindGroup,
     atlases: Vec<wgpu::BindGroup>,
-}
-
-/// The format in which colours are added up: the finest that the device can add in.
-pub(crate) fn blend_format(gpu: &Gpu) -> wgpu::TextureFormat {
-    if gpu.device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
-        wgpu::TextureFormat::Rgba32Float
-    } else {
-        wgpu::TextureFormat::Rgba16Float
-    }
-}
-
-impl Layouts {
-    fn new(gpu: &Gpu) -> Self {
-        use wgpu::TextureSampleType::{Float, Uint};
-        use wgpu::TextureViewDimension::{D2, D2Array};
-        let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
-            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: Some(label),
-                entries,
-            })
-        };
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-            ty,
-            count: None,
-        };
-        let texture = |sample_type, view_dimension| wgpu::BindingType::Texture {
-            sample_type,
-            view_dimension,
-            multisampled: false,
-        };
-        let uniform = |has_dynamic_offset| wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset,
-            min_binding_size: None,
-        };
-        let map = texture(Float { filterable: false }, D2Array);
-        Self {
-            frame: layout(
-                "frame",
-                &[
-                    entry(0, uniform(false)),
-                    entry(1, texture(Uint, D2)),
-                    entry(2, texture(Uint, D2)),
-                    entry(3, map),
-                    entry(4, map),
-                    entry(5, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-                ],
-            ),
-            photograph: layout("photograph", &[entry(0, uniform(true))]),
-            atlas: layout("atlas", &[entry(0, texture(Float { filterable: true }, D2Array))]),
-        }
-    }
-}
-
-#[derive(Clone, Copy)]
-struct PipelineKind<'a> {
-    label: &'static str,
-    layout: Option<&'a wgpu::PipelineLayout>,
-    buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
-    module: &'a wgpu::ShaderModule,
-    /// Of vertices and of fragments.
-    entry_points: [&'static str; 2],
-}
-
-impl<'a> PipelineKind<'a> {
-    fn of(module: &'a wgpu::ShaderModule) -> Self {
-        Self { label: "", layout: None, buffers: &[], module, entry_points: ["vs", "fs"] }
-    }
-}
-
-fn pipeline(
-    gpu: &Gpu,
-    kind: PipelineKind<'_>,
-    constants: &[(&str, f64)],
-    target: wgpu::ColorTargetState,
-    depth_stencil: wgpu::DepthStencilState,
-) -> wgpu::RenderPipeline {
-    let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(kind.label),
-        layout: kind.layout,
-        vertex: wgpu::VertexState {
-            module: kind.module,
-            entry_point: Some(kind.entry_points[0]),
-            compilation_options: compilation_options.clone(),
-            buffers: kind.buffers,
-        },
-        primitive: wgpu::PrimitiveState {
-            topology: wgpu::PrimitiveTopology::TriangleStrip,
-            ..Default::default()
-        },
-        depth_stencil: Some(depth_stencil),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: kind.module,
-            entry_point: Some(kind.entry_points[1]),
-            compilation_options,
-            targets: &[Some(target)],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
-}
-
-/// The stencil takes the reference wherever the depth test passes.
-fn replace_always() -> wgpu::StencilFaceState {
-    wgpu::StencilFaceState {
-        compare: wgpu::CompareFunction::Always,
-        fail_op: wgpu::StencilOperation::Keep,
-        depth_fail_op: wgpu::StencilOperation::Keep,
-        pass_op: wgpu::StencilOperation::Replace,
-    }
-}
-
-fn depth_stencil(
-    writes: bool,
-    compare: wgpu::CompareFunction,
-    face: wgpu::StencilFaceState,
-) -> wgpu::DepthStencilState {
-    wgpu::DepthStencilState {
-        format: CHOICE_FORMAT,
-        depth_write_enabled: Some(writes),
-        depth_compare: Some(compare),
-        stencil: wgpu::StencilState {
-            front: face,
-            back: face,
-            read_mask: 0xff,
-            write_mask: if writes { 0xff } else { 0 },
-        },
-        bias: wgpu::DepthBiasState::default(),
-    }
 }
 
 fn uniform(gpu: &Gpu, contents: &[u8]) -> wgpu::Buffer {
