@@ -34,8 +34,10 @@ pub struct ImageUpdate {
     pub camera: PosedCamera,
     /// Size of `rgba` in pixels.
     pub size: UVec2,
-    /// sRGB with straight alpha, rows from the top: alpha is 0 where the mask says
-    /// that the pixel does not show the scene, and 255 where it does.
+    /// sRGB with straight alpha, rows from the top. Alpha is 0 where the mask says that the
+    /// pixel does not show the scene, and elsewhere how far inside the mask the pixel lies: a
+    /// photograph's say rises with it, from next to none at 1 to all at 255. Without a mask, and
+    /// away from its edges, it is 255.
     pub rgba: Vec<u8>,
     /// How far the camera's position may be off, metres.
     pub uncertainty_m: f64,

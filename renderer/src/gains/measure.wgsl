@@ -7,8 +7,6 @@
 
 // Least width, in texels, of what is averaged.
 const LEAST_TEXELS: f32 = 0.5;
-// Masks near this have next to nothing hidden in what is averaged.
-const SHOWN: f32 = 0.9;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -26,7 +24,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var found = vec2(0u);
     if sees {
         let colour = look_up(seen.pixel, lod);
-        if colour.a >= SHOWN {
+        if colour.a > 0.0 {
             found = vec2(pack2x16unorm(colour.rg), pack2x16unorm(vec2(colour.b, 1.0)));
         }
     }

@@ -24,13 +24,15 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let first = 2u * (vec2<u32>(position.xy) - halve.target_corner);
     var colour = vec3(0.0);
     var alpha = 0.0;
+    var least = 1.0;
     for (var i = 0u; i < 4u; i++) {
         // Odd sizes: the last texel stands for one texel twice.
         let texel = min(first + vec2(i & 1u, i >> 1u), halve.source_size - 1u);
         let value = textureLoad(source, halve.source_corner + texel, 0);
         colour += value.rgb * value.a;
         alpha += value.a;
+        least = min(least, value.a);
     }
-    // Masked texels have no say in the colour, but show in alpha.
-    return vec4(colour / max(alpha, 1e-6), 0.25 * alpha);
+    // Masked texels have no say in the colour, but mask the whole texel.
+    return vec4(colour / max(alpha, 1e-6), select(0.0, 0.25 * alpha, least > 0.0));
 }

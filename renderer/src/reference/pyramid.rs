@@ -21,7 +21,7 @@ struct Level {
 
 impl Pyramid {
     /// The levels of an image: the mean of four texels each, those outside the mask without a
-    /// say in the colour, kept as bytes of sRGB.
+    /// say in the colour, but hiding all of it, kept as bytes of sRGB.
     pub(super) fn new(image: &ImageUpdate) -> Self {
         let texels = image
             .rgba
@@ -42,7 +42,8 @@ impl Pyramid {
     }
 
     /// Colour and mask at a raw pixel position, between four texels of each of the two levels
-    /// around `lod`, half a texel of the coarser one inside the border.
+    /// around `lod`, half a texel of the coarser one inside the border. The mask is 0 where any
+    /// of them is hidden.
     pub(super) fn at(&self, pixel: DVec2, lod: f64) -> (DVec3, f64) {
         let lod = lod.min((self.levels.len() - 1) as f64);
         let inset = 0.5 * lod.ceil().exp2();
@@ -55,7 +56,9 @@ impl Pyramid {
             return (colour, mask);
         }
         let (coarser_colour, coarser_mask) = of_level(fine + 1.0);
-        (colour.lerp(coarser_colour, share), mask + share * (coarser_mask - mask))
+        let shown = mask > 0.0 && coarser_mask > 0.0;
+        let mask = if shown { mask + share * (coarser_mask - mask) } else { 0.0 };
+        (colour.lerp(coarser_colour, share), mask)
     }
 
     /// The highest level of detail that there is.
@@ -75,17 +78,18 @@ impl Level {
         let size = self.size.map(|side| side.div_ceil(2));
         let texel = |i: u32| {
             let (x, y) = (2 * i64::from(i % size.x), 2 * i64::from(i / size.x));
-            let (mut colour, mut mask) = (DVec3::ZERO, 0.0);
+            let (mut colour, mut mask, mut shown) = (DVec3::ZERO, 0.0, true);
             for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                 // Odd sizes: the last texel stands for one texel twice.
                 let (c, m) = self.texel(x + dx, y + dy);
                 colour += c * m;
                 mask += m;
+                shown &= m > 0.0;
             }
             let mean = if mask > 0.0 { colour / mask } else { colour };
             (
                 mean.map(|c| srgb::linear_from_srgb(byte(srgb::srgb_from_linear(c)))),
-                byte(mask / 4.0),
+                if shown { byte(mask / 4.0) } else { 0.0 },
             )
         };
         Self { size, texels: (0..size.x * size.y).map(texel).collect() }
@@ -102,9 +106,12 @@ impl Level {
             (self.texel(x, y + 1), (1.0 - t.x) * t.y),
             (self.texel(x + 1, y + 1), t.x * t.y),
         ];
-        corners.into_iter().fold((DVec3::ZERO, 0.0), |(colour, mask), ((c, m), weight)| {
+        let shown = corners.iter().all(|((_, m), _)| *m > 0.0);
+        let sum = |(colour, mask), ((c, m), weight): ((DVec3, f64), f64)| {
             (colour + c * weight, mask + m * weight)
-        })
+        };
+        let (colour, mask) = corners.into_iter().fold((DVec3::ZERO, 0.0), sum);
+        (colour, if shown { mask } else { 0.0 })
     }
 }
 

@@ -11,11 +11,8 @@ use super::photograph::{Photograph, Seen};
 use super::triangles::Triangles;
 use crate::Settings;
 use crate::shade::photograph::{closeness, mark, rig_weight};
-use crate::shade::reference::{edge_weight, feather_weight, park_weight};
+use crate::shade::reference::{edge_weight, feather_weight, mask_weight, park_weight};
 use crate::surface::reference::Shown;
-
-/// Filtered masks this close to one have no masked texel in them.
-const OPAQUE: f64 = 0.999;
 
 /// The photographs that may colour the pixels of one eye.
 #[derive(Debug)]
@@ -93,12 +90,13 @@ impl<'a> Rigs<'a> {
             };
             let visible =
                 if self.depth_test { photograph.visible_share(shown, &seen) } else { 1.0 };
+            let (colour, inside) = photograph.look_up(&seen, pixels_per_m);
             let weight = park_weight(shown.normal, position, photograph.centre(), rig.nearest_2)
                 * feather_weight(score)
+                * mask_weight(inside)
                 * edge_weight(visible)
                 * rig.weight;
-            let (colour, mask) = photograph.look_up(&seen, pixels_per_m);
-            if weight > 0.0 && mask >= OPAQUE {
+            if weight > 0.0 {
                 sum += weight;
                 colours += colour * weight;
                 marks += DVec3::from_array(mark(id).map(f64::from)) * weight;

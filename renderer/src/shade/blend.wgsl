@@ -21,6 +21,11 @@ fn feather_weight(border: f32) -> f32 {
     return smoothstep(0.0, 1.0, border / FEATHER);
 }
 
+// inside: how far inside its mask a photograph shows the place, 0 to 1.
+fn mask_weight(inside: f32) -> f32 {
+    return smoothstep(0.0, 1.0, inside);
+}
+
 // visible: share of the bilinear footprint in the depth map that sees the place.
 fn edge_weight(visible: f32) -> f32 {
     return max(2.0 * visible - 1.0, 0.01 * visible);

@@ -4,8 +4,6 @@
 @group(0) @binding(3) var map_mesh: texture_2d_array<f32>;
 @group(0) @binding(4) var map_points: texture_2d_array<f32>;
 
-// Filtered masks this close to one have no masked texel in them.
-const OPAQUE: f32 = 0.999;
 const MODE_SOURCES: u32 = 7u;
 
 // place: of it, kind, normal and relief. view_depth: along the view's axis, metres.
@@ -17,13 +15,14 @@ fn weighted_colour(place: Place, seen: Projected, view_depth: f32) -> vec4<f32> 
         visible = visible_share(place, n, seen);
     }
     let cosine = -dot(n, seen.position) * inverseSqrt(max(distance_2, 1e-12));
+    let texel = look_up(seen.pixel, level_of_detail(seen.position.z, view_depth));
     let weight = park_weight(cosine, distance_2, photograph.eye_distance_2)
         * feather_weight(seen.border * photograph.closeness)
+        * mask_weight(texel.a)
         * edge_weight(visible)
         * photograph.rig_weight;
-    let texel = look_up(seen.pixel, level_of_detail(seen.position.z, view_depth));
     let colour = select(texel.rgb * photograph.gain, photograph.mark, frame.mode == MODE_SOURCES);
-    return select(vec4(0.0), vec4(colour * weight, weight), weight > 0.0 && texel.a >= OPAQUE);
+    return select(vec4(0.0), vec4(colour * weight, weight), weight > 0.0);
 }
 
 // Share, by bilinear weight, of the four texels around the place that see it. n: its normal in

@@ -10,7 +10,7 @@
 //! centre would otherwise be coloured, or not, by rounding alone.
 //!
 //! To that come factors between 0 and 1 that take a photograph's say away smoothly before its
-//! border, and before the edge of what hides the place from it.
+//! border, before the edge of its mask, and before the edge of what hides the place from it.
 //!
 //! A rig speaks through the camera of largest score `border × closeness`. As the eye moves, another
 //! camera takes over where the two scores are equal. The rig's say does not jump there, because
@@ -36,6 +36,11 @@ pub(crate) fn park_weight(n: DVec3, place: DVec3, photograph: DVec3, eye_distanc
 pub(crate) fn feather_weight(border: f64) -> f64 {
     let t = (border / 0.05).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
+}
+
+/// `inside` rises from 0 at the mask's edge to 1, see [`flaneur_scene::ImageUpdate::rgba`].
+pub(crate) fn mask_weight(inside: f64) -> f64 {
+    inside * inside * (3.0 - 2.0 * inside)
 }
 
 /// Up to half of the footprint the photograph has next to no say: enough where no other sees

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::reference::{edge_weight, feather_weight, park_weight};
+use super::reference::{edge_weight, feather_weight, mask_weight, park_weight};
 use crate::kernel_tests::run;
 use crate::tolerances::WEIGHT_RELATIVE;
 
@@ -14,7 +14,7 @@ const KERNEL: &str = "
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < arrayLength(&queries) {
         let q = queries[id.x];
-        weights[id.x] = vec4(park_weight(q.x, q.y, q.z), feather_weight(q.w), edge_weight(q.w), 0.0);
+        weights[id.x] = vec4(park_weight(q.x, q.y, q.z), feather_weight(q.w), edge_weight(q.w), mask_weight(q.w));
     }
 }";
 
@@ -53,6 +53,7 @@ fn device_and_reference_agree() {
             park_weight(n, place, photograph, (eye - photograph).length_squared()),
             feather_weight(share),
             edge_weight(share),
+            mask_weight(share),
         ];
         for (found, expected) in found.into_iter().zip(expected) {
             let found = f64::from(found);

@@ -4,6 +4,7 @@ use flaneur_scene::{CubeFace, Lens};
 use glam::{DVec2, UVec2};
 use rayon::prelude::*;
 
+use super::feather::feathered;
 use super::{Mask, Picture};
 
 /// Samples a pixel along each axis. A face is sampled a little more coarsely than its source
@@ -14,7 +15,8 @@ const SAMPLES: u32 = 2;
 const MAX_SPAN: f64 = 1.0 / 64.0;
 
 /// The pixels of `face`, `side` a side, sRGB with straight alpha: each the mean of bilinear
-/// samples of `source`. A pixel with any sample that `mask` hides has alpha 0.
+/// samples of `source`. A pixel with any sample that `mask` hides has alpha 0, the others how far
+/// they lie inside the mask on this face.
 ///
 /// Where a sample lies in the source is interpolated between the corners of its pixel: the
 /// error is below 0.002 of a source pixel for faces of 64 pixels or more.
@@ -39,6 +41,12 @@ pub(crate) fn cube_face(
             pixel.copy_from_slice(&sphere.pixel(source, mask, corner, cell));
         }
     });
+    if mask.is_some() {
+        let shown: Vec<bool> = rgba.chunks_exact(4).map(|pixel| pixel[3] > 0).collect();
+        for (pixel, alpha) in rgba.chunks_exact_mut(4).zip(feathered(UVec2::splat(side), &shown)) {
+            pixel[3] = alpha;
+        }
+    }
     rgba
 }
 

@@ -1,7 +1,11 @@
 //! Which pixels of a photograph show the scene.
 
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use glam::{DVec2, UVec2};
 
+use super::feather::feathered;
 use super::picture::decode_grey;
 use crate::StreamError;
 
@@ -13,19 +17,38 @@ const MAX_PIXELS: u64 = 1 << 28;
 pub(crate) struct Mask {
     size: UVec2,
     shown: Vec<bool>,
+    /// What [`Mask::alpha`] gave, by size: all photographs of a camera share it.
+    alphas: Mutex<HashMap<UVec2, Arc<[u8]>>>,
 }
 
 /// The mask in `bytes`: what is at least half white shows the scene.
 pub(crate) fn decode_mask(what: &str, media_type: &str, bytes: &[u8]) -> Result<Mask, StreamError> {
     let (size, grey) = decode_grey(what, media_type, bytes, MAX_PIXELS)?;
-    Ok(Mask { size, shown: grey.into_iter().map(|value| value >= 128).collect() })
+    Ok(Mask::new(size, grey.into_iter().map(|value| value >= 128).collect()))
 }
 
 impl Mask {
+    fn new(size: UVec2, shown: Vec<bool>) -> Self {
+        Self { size, shown, alphas: Mutex::default() }
+    }
+
+    /// The alpha of an image of `size`, rows from the top: 0 where the mask hides the scene, and
+    /// elsewhere how far inside the mask the pixel lies.
+    pub(super) fn alpha(&self, size: UVec2) -> Arc<[u8]> {
+        let kept = || self.alphas.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(alpha) = kept().get(&size) {
+            return Arc::clone(alpha);
+        }
+        // Without the lock: other threads want other sizes.
+        let shown: Vec<bool> = self.resampled(size).collect();
+        let alpha: Arc<[u8]> = feathered(size, &shown).into();
+        Arc::clone(kept().entry(size).or_insert(alpha))
+    }
+
     /// The mask for an image of `size`, rows from the top: a pixel shows the scene only where
     /// all that it covers of the mask does, so that a coarse level shows no sliver of what
     /// is hidden.
-    pub(super) fn resampled(&self, size: UVec2) -> impl Iterator<Item = bool> + '_ {
+    fn resampled(&self, size: UVec2) -> impl Iterator<Item = bool> + '_ {
         (0..size.y).flat_map(move |y| {
             let rows = covered(y, size.y, self.size.y);
             (0..size.x).map(move |x| {
@@ -59,7 +82,7 @@ mod tests {
     use super::*;
 
     fn mask(size: UVec2, shown: &[u8]) -> Mask {
-        Mask { size, shown: shown.iter().map(|&s| s == 1).collect() }
+        Mask::new(size, shown.iter().map(|&s| s == 1).collect())
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod colour;
 mod cube;
+mod feather;
 mod laz;
 mod mask;
 mod normals;

@@ -67,15 +67,15 @@ fn decode(
 }
 
 impl Picture {
-    /// The picture with the alpha that `mask` gives it: 0 where the mask hides the scene.
+    /// The picture with the alpha that `mask` gives it, see [`Mask::alpha`].
     pub(crate) fn masked(&self, mask: Option<&Mask>) -> Vec<u8> {
         let mut rgba = Vec::with_capacity(self.rgb.len() / 3 * 4);
         for pixel in self.rgb.chunks_exact(3) {
             rgba.extend_from_slice(&[pixel[0], pixel[1], pixel[2], 255]);
         }
         if let Some(mask) = mask {
-            for (pixel, shown) in rgba.chunks_exact_mut(4).zip(mask.resampled(self.size)) {
-                pixel[3] = if shown { 255 } else { 0 };
+            for (pixel, alpha) in rgba.chunks_exact_mut(4).zip(mask.alpha(self.size).iter()) {
+                pixel[3] = *alpha;
             }
         }
         rgba
