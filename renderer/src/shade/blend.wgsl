@@ -23,7 +23,8 @@ fn feather_weight(border: f32) -> f32 {
 
 // inside: how far inside its mask a photograph shows the place, 0 to 1.
 fn mask_weight(inside: f32) -> f32 {
-    return smoothstep(0.0, 1.0, inside);
+    let fade = smoothstep(0.0, 1.0, inside);
+    return fade * fade * fade;
 }
 
 // visible: share of the bilinear footprint in the depth map that sees the place.

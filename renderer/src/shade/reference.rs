@@ -38,9 +38,12 @@ pub(crate) fn feather_weight(border: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// `inside` rises from 0 at the mask's edge to 1, see [`flaneur_scene::ImageUpdate::rgba`].
+/// `inside` rises from 0 at the mask's edge to 1, see [`flaneur_scene::ImageUpdate::rgba`]. The
+/// weights of two photographs differ by factors of hundreds where the eye is close to one of them;
+/// the third power spreads the change from one to the other over a fair part of the feather all
+/// the same.
 pub(crate) fn mask_weight(inside: f64) -> f64 {
-    inside * inside * (3.0 - 2.0 * inside)
+    (inside * inside * (3.0 - 2.0 * inside)).powi(3)
 }
 
 /// Up to half of the footprint the photograph has next to no say: enough where no other sees
