@@ -7,6 +7,10 @@
 //! one sees; the result depends on those alone, not on the eye nor on the order in which anything
 //! arrived. A photograph that is already on display then goes to its new gain over some frames,
 //! unless the view has jumped.
+//!
+//! Overlaps say how much brighter one photograph is than another, not how bright the street is.
+//! The picture is as bright as the photographs near the eye: their weighted mean gain is 1. As the
+//! weights are continuous in the eye's position, so is the brightness.
 
 use std::collections::BTreeMap;
 
@@ -34,6 +38,8 @@ use measure::MeasurePass;
 const STEP: f64 = 0.15;
 /// Logarithms that differ by less are the same: no colour changes by a byte.
 const SAME: f64 = 1e-3;
+/// Photographs nearer to the eye than this, metres, all decide how bright the picture is.
+const NEAR_M: f64 = 1.0;
 /// From one frame to the next a view that moves further, metres, has jumped …
 const JUMP_M: f64 = 0.5;
 /// … and so has one that turns further: cosine of 20°.
@@ -48,6 +54,8 @@ pub(crate) struct Gains {
     /// Logarithms for linear red, green and blue.
     solved: BTreeMap<ImageId, [f64; 3]>,
     shown: BTreeMap<ImageId, [f64; 3]>,
+    /// What is taken from all that is shown.
+    level: [f64; 3],
     /// The camera of the frame before.
     camera: Option<PosedCamera>,
 }
@@ -67,6 +75,7 @@ impl Gains {
             measured: Vec::new(),
             solved: BTreeMap::new(),
             shown: BTreeMap::new(),
+            level: [0.0; 3],
             camera: None,
         }
     }
@@ -98,12 +107,16 @@ impl Gains {
             self.measured = states;
         }
         self.follow(camera);
+        self.level = mean(selected.iter().filter_map(|(id, _, standing)| {
+            Some((*self.shown.get(*id)?, standing.weight / (standing.nearest_2 + NEAR_M.powi(2))))
+        }));
         Ok(())
     }
 
     /// The factors of a photograph's linear colours.
     pub(crate) fn of(&self, id: &ImageId) -> [f32; 3] {
-        self.shown.get(id).map_or([1.0; 3], |logs| logs.map(|log| log.exp() as f32))
+        let logs = self.shown.get(id).copied().unwrap_or(self.level);
+        [0, 1, 2].map(|channel| (logs[channel] - self.level[channel]).exp() as f32)
     }
 
     fn solve(
@@ -146,6 +159,16 @@ impl Gains {
         };
         self.shown = self.solved.iter().map(step).collect();
     }
+}
+
+/// The mean of logarithms by their weights; 0 of nothing.
+fn mean(weighted: impl Iterator<Item = ([f64; 3], f64)>) -> [f64; 3] {
+    let (mut sum, mut weights) = ([0.0; 3], 0.0);
+    for (logs, weight) in weighted {
+        sum = [0, 1, 2].map(|channel| sum[channel] + weight * logs[channel]);
+        weights += weight;
+    }
+    if weights > 0.0 { sum.map(|sum| sum / weights) } else { [0.0; 3] }
 }
 
 /// The logarithms of the next frame.
