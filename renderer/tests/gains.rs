@@ -117,6 +117,6 @@ fn what_is_on_display_does_not_jump() {
     let steps: Vec<f64> = means.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let settled = means.pop().expect("frames");
     assert!(steps.iter().all(|step| *step < 1.0), "{before} {steps:?}");
-    assert!((settled - means[0]).abs() > 1.0, "nothing was to be adjusted: {before} {means:?}");
+    assert!((settled - means[0]).abs() > 0.1, "nothing was to be adjusted: {before} {means:?}");
     assert_eq!(steps.last(), Some(&0.0), "it comes to an end");
 }
