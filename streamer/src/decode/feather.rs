@@ -97,7 +97,7 @@ mod tests {
         assert_eq!(feathered(UVec2::new(2, 2), &[true; 4]), [255; 4]);
         assert_eq!(feathered(UVec2::new(2, 2), &[false; 4]), [0; 4]);
         assert_eq!(feathered(UVec2::new(3, 1), &[true, false, true]), [255, 0, 255]);
-        assert_eq!(feathered(UVec2::ZERO, &[]), []);
+        assert!(feathered(UVec2::ZERO, &[]).is_empty());
         assert_eq!((alpha(0, 3e4), alpha(BESIDE, 3e4)), (0, 1), "faint is not hidden");
     }
 }
