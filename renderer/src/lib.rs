@@ -5,6 +5,8 @@ extern crate self as flaneur_renderer;
 
 mod camera;
 mod depth_map;
+mod depths;
+mod enlarge;
 mod error;
 mod forward;
 mod frame;

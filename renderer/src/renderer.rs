@@ -1,6 +1,6 @@
 //! What is resident, and the order of the passes that make a frame of it.
 
-use flaneur_scene::{Bounds3, Distortion, SceneUpdate, View, ViewProjection};
+use flaneur_scene::{Bounds3, Distortion, PosedCamera, SceneUpdate, View, ViewProjection};
 use glam::{DVec3, UVec2};
 
 use crate::camera::gpu_data::Camera;
@@ -21,7 +21,7 @@ use crate::stages::{PassTime, Stages};
 use crate::surface::{self, SurfacePass};
 use crate::targets::Targets;
 use crate::tiles::TilePass;
-use crate::{Gpu, Mode, RenderError, Settings, Texturing, lens};
+use crate::{Gpu, Mode, RenderError, Settings, Texturing, depths, lens};
 
 /// Most pixels of a picture, and of the G-buffer behind it: a word each fits a storage
 /// binding of 128 MiB.
@@ -45,6 +45,8 @@ pub struct Renderer {
     maps: DepthMaps,
     gains: Gains,
     targets: Option<Targets>,
+    /// The axis of the last frame's view, world.
+    last_forward: DVec3,
 }
 
 impl Renderer {
@@ -72,21 +74,44 @@ impl Renderer {
             maps: DepthMaps::new(gpu, settings.depth_map_side, settings.refine_by_points),
             gains: Gains::new(gpu),
             targets: None,
+            last_forward: DVec3::Z,
         }
     }
 
-    /// Renders with other settings from now on; `false`, and no change, unless they
-    /// [`Settings::differ_by_frame_only`] from those that it was made with.
+    /// What it was told to do, brought into range.
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+
+    /// Renders with other settings from now on; `false`, and no change, where points would need
+    /// other radii or normals than those that they came with.
+    ///
+    /// Another [`depth_map_side`](Settings::depth_map_side) or
+    /// [`refine_by_points`](Settings::refine_by_points) has all depth maps drawn anew, another
+    /// [`texturing`](Settings::texturing) or [`resolution`](Settings::resolution) has buffers made
+    /// anew; anything else costs nothing.
     pub fn set_settings(&mut self, settings: Settings) -> bool {
+        let before = self.settings;
         let settings = settings.in_range();
-        let possible = self.settings.differ_by_frame_only(&settings);
-        if possible {
-            if settings.texturing != self.settings.texturing {
-                self.forward_pass = ForwardPass::new(&self.gpu, settings.texturing);
-            }
-            self.settings = settings;
+        if !settings.keep_points(&before) {
+            return false;
         }
-        possible
+        self.settings = settings;
+        if settings.texturing != before.texturing {
+            self.forward_pass = ForwardPass::new(&self.gpu, settings.texturing);
+        }
+        let Settings { depth_map_side: side, refine_by_points: refined, .. } = settings;
+        if (side, refined) != (before.depth_map_side, before.refine_by_points) {
+            self.photographs.set_map_side(side);
+            self.maps = DepthMaps::new(&self.gpu, side, refined);
+        }
+        if (settings.splat_route, settings.quads_from_px)
+            != (before.splat_route, before.quads_from_px)
+        {
+            self.splat_pass.set_route(&self.gpu, &settings);
+            self.targets = None;
+        }
+        true
     }
 
     /// Changes what is resident. Dropping what is not there is no error.
@@ -168,6 +193,9 @@ impl Renderer {
         mode: Mode,
         mut stages: Stages,
     ) -> Result<(Frame, Vec<PassTime>), RenderError> {
+        let whole_size = view.size();
+        self.check(view)?;
+        let view = &reduced(view, self.settings.resolution);
         let pinhole = self.check(view)?;
         let size = view.size();
         let eye = view.eye();
@@ -216,7 +244,7 @@ impl Renderer {
         );
         stages.ended("mesh")?;
 
-        let mut points = self.points.view_list(&frustum, eye);
+        let mut points = self.points.view_list(&frustum, eye, settings.frame_points);
         if mode == Mode::Mesh {
             points = DrawList::default();
         }
@@ -321,8 +349,23 @@ impl Renderer {
             ..FrameStats::default()
         };
         let frame = Frame::from_coded(size, targets.read_picture(gpu)?, stats);
+        let frame = frame.enlarged(whole_size);
         stages.ended("read back")?;
+        self.last_forward = view.camera.forward();
         Ok((frame, stages.times()))
+    }
+
+    /// How far away each pixel of the last frame is, along the view's axis, metres; `None` where
+    /// no surface is known. Rows from the top, of the size at which the frame was computed; empty
+    /// before the first frame.
+    ///
+    /// # Errors
+    /// Where the driver fails.
+    pub fn last_depths(&self) -> Result<Vec<Option<f32>>, RenderError> {
+        match &self.targets {
+            Some(targets) => depths::read(&self.gpu, &targets.records.positions, self.last_forward),
+            None => Ok(Vec::new()),
+        }
     }
 
     /// What the last frame shows, see surface/place.wgsl.
@@ -354,6 +397,16 @@ impl Renderer {
         Pinhole::for_view(&view.camera.lens, max_side, MAX_PIXELS)
             .ok_or(RenderError::ViewCamera { what: "its lens sees nothing" })
     }
+}
+
+/// The view at a share of its size, at least a pixel; its lens sees the same.
+fn reduced(view: &View, share: f32) -> View {
+    if share >= 1.0 {
+        return *view;
+    }
+    let size = (view.size().as_dvec2() * f64::from(share)).round().as_uvec2().max(UVec2::ONE);
+    let camera = &view.camera;
+    View { camera: PosedCamera { lens: camera.lens.scaled_to(size), ..*camera }, ..*view }
 }
 
 fn pixels(size: UVec2) -> u64 {

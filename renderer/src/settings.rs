@@ -5,6 +5,11 @@
 pub struct Settings {
     /// How many rigs (panoramas), nearest to the eye, may colour a pixel.
     pub rigs: usize,
+    /// Most points of one frame. Where the view meets more, runs of points are left out, first
+    /// those that lie closest together in the picture, and coarser ones stand in for them.
+    pub frame_points: u64,
+    /// Share of the picture's sides at which it is computed, 0.1 to 1, and then enlarged.
+    pub resolution: f32,
     /// Longest side of a photograph's depth map, texels, 64 to 2048, a multiple of 64.
     pub depth_map_side: u32,
     /// Whether a photograph colours only what its depth map says that it sees. Without, it goes
@@ -116,7 +121,9 @@ impl Settings {
         // Rows that can be copied.
         let depth_map_side = self.depth_map_side.clamp(64, 2048).next_multiple_of(64);
         let inferred_hypotheses = self.inferred_hypotheses.min(64);
-        Self { depth_map_side, inferred_hypotheses, ..self }
+        // Written so that NaN is 1.
+        let resolution = if self.resolution < 1.0 { self.resolution.max(0.1) } else { 1.0 };
+        Self { depth_map_side, inferred_hypotheses, resolution, ..self }
     }
 }
 
@@ -126,6 +133,8 @@ impl Settings {
     pub fn differ_by_frame_only(&self, other: &Self) -> bool {
         let Self {
             rigs,
+            frame_points,
+            resolution,
             depth_test,
             exposure_gains,
             texturing,
@@ -136,6 +145,8 @@ impl Settings {
         } = *other;
         let decided = Self {
             rigs,
+            frame_points,
+            resolution,
             depth_test,
             exposure_gains,
             texturing,
@@ -145,6 +156,12 @@ impl Settings {
             ..*self
         };
         decided == *other
+    }
+
+    /// Whether resident points have the radii and normals that `other` asks for.
+    pub(crate) fn keep_points(&self, other: &Self) -> bool {
+        let of_points = |s: &Self| (s.splat_scale, s.max_splat_radius_m, s.splat_normals);
+        of_points(self) == of_points(other)
     }
 }
 
@@ -218,6 +235,8 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             rigs: 8,
+            frame_points: u64::MAX,
+            resolution: 1.0,
             depth_map_side: 512,
             depth_test: true,
             refine_by_points: true,

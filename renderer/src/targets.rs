@@ -56,7 +56,11 @@ impl Targets {
         let drawn = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
         let target = TextureUsages::RENDER_ATTACHMENT;
         let records = || Records {
-            positions: view(surface::POSITION_FORMAT, picture_size, drawn),
+            positions: view(
+                surface::POSITION_FORMAT,
+                picture_size,
+                drawn | TextureUsages::COPY_SRC,
+            ),
             orientations: view(surface::ORIENTATION_FORMAT, picture_size, drawn),
         };
         Self {

@@ -1,5 +1,6 @@
 //! One file a subcommand: its arguments, and what it wires together.
 
+mod bench;
 mod eval;
 mod info;
 mod ingest;
@@ -25,6 +26,8 @@ pub(crate) enum Command {
     Render(render::RenderArguments),
     /// Measure renderings against photographs that were held out
     Eval(eval::EvalArguments),
+    /// Measure the time that frames take against their error
+    Bench(bench::BenchArguments),
     /// Print what a scene holds
     Info(info::InfoArguments),
     /// Write a synthetic street in the formats of a survey
@@ -55,6 +58,7 @@ impl Command {
             Self::Serve(arguments) => serve::run(arguments, context).await,
             Self::Render(arguments) => render::run(arguments, context).await,
             Self::Eval(arguments) => eval::run(arguments, context).await,
+            Self::Bench(arguments) => bench::run(arguments, context).await,
             Self::Info(arguments) => info::run(arguments, context).await,
             Self::Sample(arguments) => sample::run(arguments, context).await,
         }

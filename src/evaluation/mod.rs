@@ -13,6 +13,7 @@ mod nearest;
 mod page;
 mod report;
 mod score;
+pub(crate) mod speed;
 mod squared_error;
 mod ssim;
 
@@ -21,6 +22,6 @@ pub(crate) use compared::Compared;
 pub(crate) use hold_out::{Choice, Split};
 pub(crate) use method::{METHODS, Making, Method};
 pub(crate) use nearest::nearest_source;
-pub(crate) use page::{Gallery, page};
+pub(crate) use page::{Gallery, page, speed_page};
 pub(crate) use report::{Described, Report, Row};
 pub(crate) use score::Score;

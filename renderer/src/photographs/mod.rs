@@ -82,6 +82,17 @@ impl PhotographStore {
         Ok(before.is_none_or(|before| before.camera != update.camera))
     }
 
+    /// Gives every photograph a depth map of another size.
+    pub(crate) fn set_map_side(&mut self, side: u32) {
+        for photograph in self.photographs.values_mut() {
+            // It had one at another size, so its lens sees something.
+            if let Some(map) = Pinhole::for_depth_map(&photograph.camera.lens, side) {
+                photograph.frustum = Frustum::new(&photograph.camera, &map);
+                photograph.map = map;
+            }
+        }
+    }
+
     pub(crate) fn remove(&mut self, id: &ImageId) {
         if let Some(photograph) = self.photographs.remove(id) {
             self.atlas.remove(&photograph.place);

@@ -1,12 +1,21 @@
 //! What of the points one camera may see.
+//!
+//! Where that is more than a frame may draw, runs of points are left out, those whose points
+//! appear closest together first: a threshold on how far apart they appear, so that what is
+//! drawn changes block by block as the eye moves. Points above those that are left out take the
+//! size of the finest that are drawn around them, so that no gap opens.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use flaneur_scene::PointNodeId;
+use flaneur_scene::{Bounds3, PointNodeId};
 use glam::DVec3;
 
 use super::{BLOCK_POINTS, Chunk, PointStore};
 use crate::frustum::Frustum;
+
+/// Nearer than this a block does not appear any coarser, metres.
+const NEAREST_M: f64 = 0.5;
 
 /// Blocks to be drawn for one camera, grouped by page.
 #[derive(Debug, Default)]
@@ -23,9 +32,14 @@ pub(crate) struct DrawList {
 }
 
 impl PointStore {
-    /// What `frustum` may see, each point as large as what is resident around it allows.
-    pub(crate) fn view_list(&self, frustum: &Frustum, centre: DVec3) -> DrawList {
-        self.draw_list(frustum, centre, |_, _| Some(0.0))
+    /// What `frustum` may see, each point as large as what is resident around it allows; about
+    /// `most` points where that is more.
+    pub(crate) fn view_list(&self, frustum: &Frustum, centre: DVec3, most: u64) -> DrawList {
+        let all = self.draw_list(frustum, centre, |_, _| Some(0.0));
+        if all.points <= most {
+            return all;
+        }
+        self.thinned(frustum, centre, most)
     }
 
     /// What `frustum` may see of the chunks that `wanted` admits. Points have the size of
@@ -43,35 +57,127 @@ impl PointStore {
         })
     }
 
+    /// What `frustum` may see of the blocks whose points appear farthest apart.
+    fn thinned(&self, frustum: &Frustum, centre: DVec3, most: u64) -> DrawList {
+        let apart = |chunk: &Chunk, bounds: &Bounds3| {
+            f64::from(chunk.spacing_m) / bounds.distance(centre).max(NEAREST_M)
+        };
+        let is_seen = |chunk: &Chunk, bounds| frustum.meets_box(bounds, f64::from(chunk.radius_m));
+        let seen = || self.chunks.iter().filter(|(_, chunk)| is_seen(chunk, &chunk.bounds));
+        let mut blocks: Vec<(f64, usize, u64)> = seen()
+            .flat_map(|(_, chunk)| chunk.blocks().map(move |block| (chunk, block)))
+            .filter(|(chunk, (_, bounds, _))| is_seen(chunk, bounds))
+            .zip(0..)
+            .map(|((chunk, (_, bounds, points)), index)| (apart(chunk, bounds), index, points))
+            .collect();
+        // Among equals the order of the chunks decides: coarse before fine.
+        blocks.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let mut is_drawn = vec![false; blocks.len()];
+        let (mut points, mut least_apart) = (0, f64::INFINITY);
+        for (apart, index, of_block) in blocks {
+            points += of_block;
+            if points > most {
+                break;
+            }
+            is_drawn[index] = true;
+            least_apart = apart;
+        }
+        let mut is_drawn = is_drawn.into_iter();
+        let mut list = Builder::new(self.pages.len());
+        for (id, chunk) in seen() {
+            let below: Vec<&Chunk> =
+                self.kin.below(*id).filter_map(|id| self.chunks.get(&id)).collect();
+            // Most chunks have all of theirs drawn, or none.
+            let mut placements: BTreeMap<u32, u32> = BTreeMap::new();
+            for (place, bounds, points) in chunk.blocks() {
+                if !is_seen(chunk, bounds) || is_drawn.next() != Some(true) {
+                    continue;
+                }
+                let around = below.iter().filter(|other| other.bounds.intersects(bounds));
+                let (mut radius_m, mut complete) = (chunk.radius_m, true);
+                for other in around {
+                    if apart(other, bounds) >= least_apart {
+                        radius_m = radius_m.min(other.radius_m);
+                    } else {
+                        complete = false;
+                    }
+                }
+                // Where nothing is left out the points' own radii say more.
+                let radius_m = if complete { 0.0 } else { radius_m };
+                let placement = *placements
+                    .entry(radius_m.to_bits())
+                    .or_insert_with(|| list.place(chunk.origin - centre, radius_m));
+                list.add(place, placement, points);
+            }
+        }
+        list.build()
+    }
+
     fn draw_list(
         &self,
         frustum: &Frustum,
         centre: DVec3,
         radius: impl Fn(&PointNodeId, &Chunk) -> Option<f32>,
     ) -> DrawList {
-        let mut list = DrawList::default();
-        let mut by_page: Vec<Vec<[u32; 2]>> = vec![Vec::new(); self.pages.len()];
+        let mut list = Builder::new(self.pages.len());
         for (id, chunk) in &self.chunks {
             let Some(radius_m) = radius(id, chunk) else { continue };
             let margin_m = f64::from(chunk.radius_m);
             if !frustum.meets_box(&chunk.bounds, margin_m) {
                 continue;
             }
-            let placement = list.placements.len() as u32;
-            let [x, y, z] = (chunk.origin - centre).as_vec3().to_array();
-            list.placements.push([x, y, z, radius_m]);
-            let blocks = chunk
-                .parts
-                .iter()
-                .flat_map(|part| part.blocks.clone().map(|block| (part.page, block)));
-            let sizes = chunk.records.chunks(BLOCK_POINTS).map(<[_]>::len);
-            for (((page, block), bounds), points) in blocks.zip(&chunk.boxes).zip(sizes) {
+            let placement = list.place(chunk.origin - centre, radius_m);
+            for (place, bounds, points) in chunk.blocks() {
                 if frustum.meets_box(bounds, margin_m) {
-                    by_page[page].push([block, placement]);
-                    list.points += points as u64;
+                    list.add(place, placement, points);
                 }
             }
         }
+        list.build()
+    }
+}
+
+impl Chunk {
+    /// Page and block, box, and points of each block.
+    fn blocks(&self) -> impl Iterator<Item = ((usize, u32), &Bounds3, u64)> {
+        let places =
+            self.parts.iter().flat_map(|part| part.blocks.clone().map(|block| (part.page, block)));
+        places
+            .zip(&self.boxes)
+            .zip(self.block_sizes())
+            .map(|((place, bounds), n)| (place, bounds, n))
+    }
+
+    fn block_sizes(&self) -> impl Iterator<Item = u64> {
+        self.records.chunks(BLOCK_POINTS).map(|block| block.len() as u64)
+    }
+}
+
+/// A list that is being made.
+struct Builder {
+    list: DrawList,
+    by_page: Vec<Vec<[u32; 2]>>,
+}
+
+impl Builder {
+    fn new(pages: usize) -> Self {
+        Self { list: DrawList::default(), by_page: vec![Vec::new(); pages] }
+    }
+
+    /// Adds a placement, gives its index.
+    fn place(&mut self, origin_from_centre: DVec3, radius_m: f32) -> u32 {
+        let [x, y, z] = origin_from_centre.as_vec3().to_array();
+        self.list.placements.push([x, y, z, radius_m]);
+        self.list.placements.len() as u32 - 1
+    }
+
+    fn add(&mut self, (page, block): (usize, u32), placement: u32, points: u64) {
+        self.by_page[page].push([block, placement]);
+        self.list.points += points;
+    }
+
+    fn build(self) -> DrawList {
+        let Self { mut list, by_page } = self;
         for (page, blocks) in by_page.into_iter().enumerate().filter(|(_, b)| !b.is_empty()) {
             let first = list.blocks.len() as u32;
             list.blocks.extend(blocks);

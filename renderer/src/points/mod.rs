@@ -46,6 +46,8 @@ pub(crate) struct PointStore {
 struct Chunk {
     origin: DVec3,
     bounds: Bounds3,
+    /// Distance between neighbouring points, metres.
+    spacing_m: f32,
     radius_m: f32,
     records: Vec<Record>,
     /// Of each block of records, in the world.
@@ -104,8 +106,8 @@ impl PointStore {
         // A page holds 2²¹ points, so blocks that fit the budget fit a u32.
         let parts = self.pages.take(gpu, blocks as u32);
         let bounds = boxes.iter().fold(Bounds3::EMPTY, |all, block| all.union(block));
-        let origin = chunk.origin;
-        let chunk = Chunk { origin, bounds, radius_m, records, boxes, normals, parts };
+        let (origin, spacing_m) = (chunk.origin, chunk.spacing_m);
+        let chunk = Chunk { origin, bounds, spacing_m, radius_m, records, boxes, normals, parts };
         self.chunks.insert(id, chunk);
         self.kin.insert(id);
         self.stale.insert(id);

@@ -140,8 +140,6 @@ impl SplatPass {
             })
         };
         let normals = settings.splat_normals;
-        let default_quads =
-            if gpu.is_software() { QUADS_FROM_PX_IN_SOFTWARE } else { QUADS_FROM_PX };
         Self {
             route: settings.splat_route,
             atomic_32: pipeline("splat", wgsl(Route::Atomic32, normals)),
@@ -149,7 +147,7 @@ impl SplatPass {
                 .has_64_bit_atomics()
                 .then(|| pipeline("splat", wgsl(Route::Atomic64, normals))),
             quads: Quads::new(gpu),
-            most_pixels: settings.quads_from_px.unwrap_or(default_quads),
+            most_pixels: most_pixels(gpu, settings),
             resolve: Resolve::new(gpu, normals),
             fill: pipeline("fill", FILL_WGSL.to_owned()),
             no_indices: gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -159,6 +157,12 @@ impl SplatPass {
                 mapped_at_creation: false,
             }),
         }
+    }
+
+    /// Draws by the route of `settings` from now on, where the device has it.
+    pub(crate) fn set_route(&mut self, gpu: &Gpu, settings: &Settings) {
+        self.route = settings.splat_route;
+        self.most_pixels = most_pixels(gpu, settings);
     }
 
     /// How views of so many pixels are drawn.
@@ -251,6 +255,12 @@ impl SplatPass {
         let columns = groups.clamp(1, 4096);
         pass.dispatch_workgroups(columns, groups.div_ceil(columns), 1);
     }
+}
+
+/// Discs of more pixels than this are drawn as quads.
+fn most_pixels(gpu: &Gpu, settings: &Settings) -> u32 {
+    let suits = if gpu.is_software() { QUADS_FROM_PX_IN_SOFTWARE } else { QUADS_FROM_PX };
+    settings.quads_from_px.unwrap_or(suits)
 }
 
 /// A job for all points. `push`: of discs that face the eye, and of those on a plane.

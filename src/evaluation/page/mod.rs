@@ -1,14 +1,17 @@
 //! An evaluation as one HTML page that needs no other file and no network.
 
+mod axis;
 mod gallery;
 mod markup;
 mod plot;
+mod speed;
 mod table;
 
 use super::Report;
 pub(crate) use gallery::Gallery;
 use markup::{Escaped, Figure};
 use plot::Plot;
+pub(crate) use speed::speed_page;
 
 const STYLE: &str = include_str!("page.css");
 
@@ -28,10 +31,8 @@ pub(crate) fn page(report: &Report, gallery: &Gallery) -> String {
     }
     let masked = report.mean.first().map_or(f64::NAN, |(_, score)| 100.0 * score.masked);
     let plots: String = PLOTS.iter().map(|plot| plot.svg(report)).collect();
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta \
-         name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<header><h1>{title}</h1>\n<p>{targets} \
+    let body = format!(
+        "<header><h1>{title}</h1>\n<p>{targets} \
          views rendered from {sources} photographs: <code>{protocol}</code>. Adapter: \
          {adapter}.</p></header>\n<section>\n<h2>Means over all views</h2>\n{means}<p>sRGB in 0 to 1, \
          the whole frame, a figure a view and then the mean. SSIM in windows of 7×7 pixels of equal \
@@ -40,8 +41,7 @@ pub(crate) fn page(report: &Report, gallery: &Gallery) -> String {
          Covered: over what of that a source colours.</p>\n</section>\n<section>\n<h2>By distance to \
          the nearest source</h2>\n{bins}{legend}<div class=\"plots\">\n{plots}</div>\n<p>A mark is a \
          view; lines join the means of the bins. Views without a value are left \
-         out.</p>\n</section>\n{gallery}<footer><p>Renderer: <code>{renderer}</code></p></footer>\n\
-         </main>\n</body>\n</html>\n",
+         out.</p>\n</section>\n{gallery}<footer><p>Renderer: <code>{renderer}</code></p></footer>\n",
         title = Escaped(&title),
         targets = settings.targets,
         sources = settings.sources,
@@ -53,6 +53,17 @@ pub(crate) fn page(report: &Report, gallery: &Gallery) -> String {
         legend = plot::legend(report),
         gallery = gallery.html(),
         renderer = Escaped(&settings.renderer),
+    );
+    whole(&title, &body)
+}
+
+/// A page of that title, which is text, and of that body, which is markup.
+fn whole(title: &str, body: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta \
+         name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n\
+         <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n",
+        title = Escaped(title),
     )
 }
 

@@ -55,6 +55,11 @@ fn names_leave_the_markup_whole() {
     let html = page(&report, &gallery);
     assert!(!html.contains("<b>") && !html.contains("<i>") && !html.contains("<s>"));
     assert!(!html.contains("http:") && !html.contains("https:") && !html.contains("<script"));
+    assert_elements_close(&html);
+}
+
+/// All elements of a page's body are closed in their order.
+pub(super) fn assert_elements_close(html: &str) {
     let body = html.split_once("</style>").expect("a style").1;
     let mut open: Vec<&str> = vec!["html", "head"];
     for tag in body.split('<').skip(1) {

@@ -1,0 +1,134 @@
+//! The settings that are compared.
+
+use flaneur_renderer::{Settings, SplatNormals, SplatRoute};
+
+/// Rigs of the most exact frame.
+const MOST_RIGS: usize = 16;
+/// Side of its depth maps, texels.
+const LARGEST_MAP: u32 = 1024;
+
+/// What a renderer is fed with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum Feed {
+    /// Everything, at the levels that the view can show.
+    Whole,
+    /// The same, and points have normals.
+    Normals,
+    /// Photographs hold at most this share, as one part of so many, of the pixels of the whole.
+    CoarserImages(u32),
+    /// The whole, and what lies behind the eye.
+    AndBehind,
+}
+
+/// Settings under a name.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Variant {
+    /// Which setting is traded for speed.
+    pub(crate) method: &'static str,
+    /// Its value.
+    pub(crate) setting: String,
+    /// What the renderer is fed with.
+    pub(crate) feed: Feed,
+    /// All settings.
+    pub(crate) settings: Settings,
+}
+
+/// Settings that are the most exact in everything, from those that are used otherwise.
+fn most_exact(base: Settings) -> Settings {
+    Settings {
+        rigs: MOST_RIGS,
+        frame_points: u64::MAX,
+        resolution: 1.0,
+        depth_map_side: LARGEST_MAP,
+        depth_test: true,
+        refine_by_points: true,
+        splat_normals: SplatNormals::Eye,
+        splat_route: SplatRoute::Auto,
+        ..base
+    }
+}
+
+/// Everything that is compared, the most exact first. `points` are those that the views meet.
+pub(crate) fn variants(base: Settings, points: u64, has_atomic_64: bool) -> Vec<Variant> {
+    let exact = most_exact(base);
+    let variant = |method, setting: &dyn ToString, settings| Variant {
+        method,
+        setting: setting.to_string(),
+        feed: Feed::Whole,
+        settings,
+    };
+    let mut all = vec![
+        variant("most exact", &"", exact),
+        variant("default", &"", base),
+        Variant { feed: Feed::AndBehind, ..variant("default", &"more behind the eye", base) },
+    ];
+    for rigs in [1, 2, 3, 4, 6, 8, 12] {
+        all.push(variant("rigs", &rigs, Settings { rigs, ..exact }));
+    }
+    for side in [64, 128, 256, 512] {
+        let settings = Settings { depth_map_side: side, ..exact };
+        all.push(variant("depth map side", &side, settings));
+    }
+    all.push(variant(
+        "depth maps",
+        &"of mesh alone",
+        Settings { refine_by_points: false, ..exact },
+    ));
+    all.push(variant("depth test", &"off", Settings { depth_test: false, ..exact }));
+    for eighths in [1, 2, 3, 4, 5, 6, 7] {
+        let settings = Settings { frame_points: points * eighths / 8, ..exact };
+        all.push(variant("points", &format!("{eighths}/8"), settings));
+    }
+    for resolution in [0.35, 0.5, 0.7, 0.85] {
+        all.push(variant("resolution", &resolution, Settings { resolution, ..exact }));
+    }
+    let mut routes = vec![("32-bit atomics", SplatRoute::Atomic32)];
+    if has_atomic_64 {
+        routes.push(("64-bit atomics", SplatRoute::Atomic64));
+    }
+    for (name, splat_route) in routes {
+        all.push(variant("splat route", &name, Settings { splat_route, ..exact }));
+    }
+    let estimated = Settings { splat_normals: SplatNormals::Estimated, ..exact };
+    all.push(Variant { feed: Feed::Normals, ..variant("splat normals", &"estimated", estimated) });
+    for parts in [4, 16] {
+        let images = variant("image pixels", &format!("1/{parts}"), exact);
+        all.push(Variant { feed: Feed::CoarserImages(parts), ..images });
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A variant that changes nothing would be reported as having no effect.
+    #[test]
+    fn each_variant_differs_from_all_others() {
+        let all = variants(Settings::default(), 1_000_000, true);
+        for (index, a) in all.iter().enumerate() {
+            for b in &all[..index] {
+                assert!((a.method, &a.setting) != (b.method, &b.setting), "{a:?}");
+                // The device's own choice of route is among the routes.
+                let route = |v: &Variant| (v.method == "splat route").then_some(&v.setting);
+                let same = (a.feed, a.settings) == (b.feed, b.settings);
+                assert!(!same || route(a) != route(b), "{a:?} {b:?}");
+            }
+        }
+        assert_eq!(all[0].method, "most exact");
+        assert!(variants(Settings::default(), 0, false).len() == all.len() - 1);
+    }
+
+    #[test]
+    fn nothing_is_more_exact_than_the_first() {
+        let all = variants(Settings::default(), 8000, false);
+        let exact = all[0].settings;
+        for Variant { settings, .. } in &all {
+            assert!(settings.rigs <= exact.rigs && settings.resolution <= exact.resolution);
+            assert!(settings.depth_map_side <= exact.depth_map_side);
+            assert!(settings.frame_points <= exact.frame_points);
+        }
+        let points = all.iter().filter(|v| v.method == "points").map(|v| v.settings.frame_points);
+        assert!(points.eq([1000, 2000, 3000, 4000, 5000, 6000, 7000]));
+    }
+}

@@ -1,0 +1,72 @@
+//! `flaneur bench` as a person runs it.
+
+mod command;
+mod street;
+
+use command::{fail, json, succeed, text};
+use serde_json::Value;
+use street::SampleStreet;
+
+#[test]
+fn speed_and_error_are_measured() {
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let street = runtime.block_on(SampleStreet::ingested("bench"));
+    let reports = street.store.with_file_name("reports");
+    std::fs::create_dir(&reports).expect("the build folder is writable");
+    let (report, page) = (reports.join("bench.json"), reports.join("bench.html"));
+    let views = reports.join("views.json");
+    let store = text(&street.store);
+    let truth = json(&street.survey.join("truth/views.json"));
+    std::fs::write(&views, serde_json::json!([truth[0]]).to_string()).expect("writable");
+    let arguments = ["bench", store, "--path", text(&views), "--size", "96x64", "--repeats", "1"];
+    let files = ["--report", text(&report), "--html", text(&page)];
+    let summary = succeed(&[&arguments[..], &files].concat());
+    assert!(summary.contains("most exact") && summary.contains("on the front"), "{summary}");
+
+    let report = json(&report);
+    assert!(report["adapter"].is_string() && report["cpus"].as_u64() > Some(0));
+    assert_eq!((&report["width"], &report["views"]), (&96.into(), &1.into()));
+    let rows = report["rows"].as_array().expect("rows");
+    let number =
+        |row: &Value, key: &str| row[key].as_f64().unwrap_or_else(|| panic!("{key} of {row}"));
+    let frames: Vec<&Value> = rows.iter().filter(|row| row["pass"] == "frame").collect();
+    for row in &frames {
+        assert!(number(row, "ms_median") > 0.0 && row["inputs"].is_string(), "{row}");
+        assert!(number(row, "ms_p95") >= number(row, "ms_median"), "{row}");
+        assert!(number(row, "error_p99") <= number(row, "error_max"), "{row}");
+        assert_eq!(row["error_unit"], "1/255");
+    }
+    let frame = |method: &str, setting: &str| -> &Value {
+        let wanted = |row: &&&Value| row["method"] == method && row["setting"] == setting;
+        frames.iter().find(wanted).unwrap_or_else(|| panic!("no row {method} {setting}"))
+    };
+    let exact = frame("most exact", "");
+    assert_eq!(number(exact, "error_max"), 0.0);
+    // Which of those without an error is the fastest depends on the machine.
+    let front = frames.iter().filter(|row| row["front"] == true);
+    assert!(front.clone().any(|row| number(row, "error_p99") == 0.0) && front.count() > 1);
+    // Both routes draw the same picture.
+    assert_eq!(number(frame("splat route", "32-bit atomics"), "error_max"), 0.0);
+    // Half the pixels a side cannot be exact, and less of them less so.
+    let off = |setting| number(frame("resolution", setting), "error_p99");
+    assert!(off("0.5") > 0.0 && off("0.35") > off("0.85"), "{} {}", off("0.35"), off("0.85"));
+    let drawn = |method, setting| number(frame(method, setting), "points_drawn");
+    let all = number(exact, "points_drawn");
+    assert!(drawn("points", "1/8") <= all / 8.0 && drawn("points", "7/8") > all / 2.0);
+    assert!(number(frame("rigs", "1"), "images_drawn") < number(exact, "images_drawn"));
+    let geometry: Vec<_> = rows.iter().filter(|row| row["pass"] == "points").collect();
+    assert!(geometry.len() == frames.len() && geometry[0]["error_unit"] == "m");
+    assert_eq!(report["linearity"]["points"].as_array().map(Vec::len), Some(8));
+    let off_screen = report["linearity"]["off_screen"].as_array().expect("rows");
+    let resident = |index: usize| number(&off_screen[index], "points");
+    assert!(resident(1) > resident(0), "{off_screen:?}");
+
+    let page = std::fs::read_to_string(page).expect("written");
+    assert!(page.contains("<polyline class=\"front\"") && !page.contains("http"));
+
+    let nowhere = reports.join("missing/bench.json");
+    let error = fail(2, &["bench", store, "--report", text(&nowhere)]);
+    assert!(error.contains("folder does not exist"), "{error}");
+    let error = fail(2, &["bench", store, "--report", "x.json", "--repeats", "0"]);
+    assert!(error.contains("repeats"), "{error}");
+}
