@@ -1,6 +1,7 @@
 //! One measurement under way.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use flaneur_renderer::{FrameStats, Gpu, PassTime, Settings};
 use flaneur_scene::View;
@@ -63,9 +64,8 @@ impl Session {
         let variants = variants(base, 0, gpu.has_64_bit_atomics());
         let mut fed = BTreeMap::new();
         for variant in &variants {
-            if !fed.contains_key(&variant.feed) {
-                let one = Fed::new(variant.feed, &source, &gpu, variant.settings).await?;
-                fed.insert(variant.feed, one);
+            if let Entry::Vacant(entry) = fed.entry(variant.feed) {
+                entry.insert(Fed::new(variant.feed, &source, &gpu, variant.settings).await?);
             }
         }
         Ok(Self {

@@ -110,7 +110,7 @@ mod tests {
             for b in &all[..index] {
                 assert!((a.method, &a.setting) != (b.method, &b.setting), "{a:?}");
                 // The device's own choice of route is among the routes.
-                let route = |v: &Variant| (v.method == "splat route").then_some(&v.setting);
+                let route = |v: &Variant| (v.method == "splat route").then(|| v.setting.clone());
                 let same = (a.feed, a.settings) == (b.feed, b.settings);
                 assert!(!same || route(a) != route(b), "{a:?} {b:?}");
             }
