@@ -104,6 +104,7 @@ impl Renderer {
         if (side, refined) != (before.depth_map_side, before.refine_by_points) {
             self.photographs.set_map_side(side);
             self.maps = DepthMaps::new(&self.gpu, side, refined);
+            self.gains.forget();
         }
         if (settings.splat_route, settings.quads_from_px)
             != (before.splat_route, before.quads_from_px)
@@ -112,6 +113,12 @@ impl Renderer {
             self.targets = None;
         }
         true
+    }
+
+    /// Says that the next frame does not follow the last, as where a film is cut: nothing goes
+    /// from one to the other smoothly. A view that jumps does the same by itself.
+    pub fn cut(&mut self) {
+        self.gains.cut();
     }
 
     /// Changes what is resident. Dropping what is not there is no error.

@@ -9,7 +9,7 @@ use glam::{DVec3, UVec2};
 
 fn view() -> View {
     let size = UVec2::new(160, 120);
-    View { camera: camera(DVec3::ZERO, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, size) }
+    camera(DVec3::ZERO, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, size).into()
 }
 
 /// The wall and the pole as points of two levels, the ground as mesh, two photographs.
@@ -55,6 +55,7 @@ fn changed_settings_leave_no_trace() {
     let mut changed = renderer(base, scene());
     for settings in all {
         assert!(changed.set_settings(settings));
+        changed.cut();
         assert_eq!(changed.settings(), settings);
         let expected = frame(&mut renderer(settings, scene()));
         assert!(frame(&mut changed) == expected, "{settings:?}");

@@ -113,6 +113,17 @@ impl Gains {
         Ok(())
     }
 
+    /// Says that the next frame does not follow the last: all gains are new ones.
+    pub(crate) fn cut(&mut self) {
+        self.camera = None;
+    }
+
+    /// Says that what was measured holds no more: other depth maps take the place of all.
+    pub(crate) fn forget(&mut self) {
+        self.measured.clear();
+        self.camera = None;
+    }
+
     /// The factors of a photograph's linear colours.
     pub(crate) fn of(&self, id: &ImageId) -> [f32; 3] {
         let logs = self.shown.get(id).copied().unwrap_or(self.level);

@@ -52,7 +52,13 @@ impl Fed {
     /// Renders with `settings` once for nobody, then once as a whole, then pass by pass. The
     /// times of the first are given, too.
     pub(super) fn measure(&mut self, view: &View, settings: Settings) -> Result<Measured, Exit> {
-        self.renderer.set_settings(settings);
+        if !self.renderer.set_settings(settings) {
+            return Err(Exit::failed(anyhow::anyhow!(
+                "the renderer cannot go on with {settings:?}"
+            )));
+        }
+        // Variants are compared as they are, not on their way from one to the next.
+        self.renderer.cut();
         let (_, first) = self.renderer.render_timed(view, Mode::Hybrid)?;
         let started = std::time::Instant::now();
         let frame = self.renderer.render(view)?;

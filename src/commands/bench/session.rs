@@ -16,7 +16,7 @@ use crate::evaluation::speed::{
 use crate::exit::Exit;
 use crate::names::Names;
 use crate::source::Source;
-use crate::viewpoints::read_path;
+use crate::viewpoints::{Height, read_path};
 
 /// All that the variants share.
 pub(super) struct Session {
@@ -50,7 +50,9 @@ impl Session {
         let views = match &arguments.path {
             Some(path) => {
                 let listed = read_path(path)?.into_iter();
-                listed.map(|l| l.viewpoint.view(arguments.fov, Some(size), size)).collect()
+                listed
+                    .map(|l| l.viewpoint.view(Height::Degrees(arguments.fov), Some(size), size))
+                    .collect()
             }
             None => {
                 let names = Names::all(streamer.client()).await?;

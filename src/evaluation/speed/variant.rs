@@ -1,11 +1,13 @@
 //! The settings that are compared.
 
-use flaneur_renderer::{Settings, SplatNormals, SplatRoute};
+use flaneur_renderer::{Settings, SplatNormals, SplatRoute, Texturing};
 
 /// Rigs of the most exact frame.
 const MOST_RIGS: usize = 16;
 /// Side of its depth maps, texels.
 const LARGEST_MAP: u32 = 1024;
+/// Depths that it tries where there is no geometry.
+const MOST_HYPOTHESES: u32 = 31;
 
 /// What a renderer is fed with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -44,6 +46,11 @@ fn most_exact(base: Settings) -> Settings {
         refine_by_points: true,
         splat_normals: SplatNormals::Eye,
         splat_route: SplatRoute::Auto,
+        quads_from_px: None,
+        texturing: Texturing::Deferred,
+        exposure_gains: true,
+        infer: true,
+        inferred_hypotheses: MOST_HYPOTHESES,
         ..base
     }
 }
@@ -81,6 +88,23 @@ pub(crate) fn variants(base: Settings, points: u64, has_atomic_64: bool) -> Vec<
     }
     for resolution in [0.35, 0.5, 0.7, 0.85] {
         all.push(variant("resolution", &resolution, Settings { resolution, ..exact }));
+    }
+    for texturing in Texturing::ALL {
+        if texturing != exact.texturing {
+            let settings = Settings { texturing, ..exact };
+            all.push(variant("texturing", &texturing.name(), settings));
+        }
+    }
+    for inferred_hypotheses in [1, 3, 7, 15] {
+        let settings = Settings { inferred_hypotheses, ..exact };
+        all.push(variant("inferred depths", &inferred_hypotheses, settings));
+    }
+    all.push(variant("inferred depths", &"off", Settings { infer: false, ..exact }));
+    let without_gains = Settings { exposure_gains: false, ..exact };
+    all.push(variant("exposure gains", &"off", without_gains));
+    for (name, quads_from_px) in [("none", u32::MAX), ("all", 0)] {
+        let settings = Settings { quads_from_px: Some(quads_from_px), ..exact };
+        all.push(variant("quads", &name, settings));
     }
     let mut routes = vec![("32-bit atomics", SplatRoute::Atomic32)];
     if has_atomic_64 {
