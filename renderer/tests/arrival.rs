@@ -14,7 +14,13 @@ const SIZE: UVec2 = UVec2::new(96, 72);
 /// Settings under which ten photographs, each its own rig, have a map at once: more than there
 /// are layers for at first.
 fn settings() -> Settings {
-    Settings { rigs: 10, depth_map_side: 128, exposure_gains: false, ..Settings::default() }
+    Settings {
+        rigs: 10,
+        depth_map_side: 128,
+        exposure_gains: false,
+        infer: false,
+        ..Settings::default()
+    }
 }
 
 /// Looking at the wall, along it, and at the box on the other side.
@@ -149,8 +155,13 @@ fn maps_that_were_given_away_are_made_again() {
         })
         .collect();
     updates.push(mesh_update(street.mesh(&[0, 2, 3], 0.1)));
-    let settings =
-        Settings { rigs: 200, depth_map_side: 64, exposure_gains: false, ..Settings::default() };
+    let settings = Settings {
+        rigs: 200,
+        depth_map_side: 64,
+        exposure_gains: false,
+        infer: false,
+        ..Settings::default()
+    };
     let look = |heading| View::from(camera(DVec3::ZERO, [0.5, 0.0, 1.8], heading, 3.0, 50.0, SIZE));
     let (east, west) = (look(90.0), look(270.0));
     let pole = points_update(street.points(&[1], 0.05));

@@ -51,7 +51,7 @@ fn scene(exposed: bool, points: bool, gains: bool) -> (Street, Renderer) {
     if points {
         updates.push(points_update(street.points(&[0], 0.08)));
     }
-    let settings = Settings { rigs: 3, exposure_gains: gains, ..Settings::default() };
+    let settings = Settings { rigs: 3, exposure_gains: gains, infer: false, ..Settings::default() };
     let renderer = renderer(settings, updates);
     (street, renderer)
 }

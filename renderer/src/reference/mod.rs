@@ -19,7 +19,7 @@
 //! assert!(frame.pixels.iter().all(|pixel| pixel.place.is_none()));
 //! ```
 //!
-//! Not part of it: colours inferred where there is no geometry, exposure gains (switch them off to
+//! Not part of it: colours inferred where there is no geometry, exposure gains (switch both off to
 //! compare), and the lines of [`Mode::Wireframe`], which are a pixel of the device's raster wide.
 
 use std::collections::BTreeMap;

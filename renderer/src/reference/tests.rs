@@ -56,9 +56,9 @@ fn view(origin: DVec3) -> PosedCamera {
     camera(origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE)
 }
 
-/// The reference knows no gains.
+/// The reference knows no gains and infers nothing.
 fn settings() -> Settings {
-    Settings { exposure_gains: false, ..Settings::default() }
+    Settings { exposure_gains: false, infer: false, ..Settings::default() }
 }
 
 /// Both renderings of a view, and where the device's pixels are, relative to the eye.
