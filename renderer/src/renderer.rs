@@ -119,6 +119,7 @@ impl Renderer {
     /// from one to the other smoothly. A view that jumps does the same by itself.
     pub fn cut(&mut self) {
         self.gains.cut();
+        self.infer_pass.cut();
     }
 
     /// Changes what is resident. Dropping what is not there is no error.

@@ -147,6 +147,11 @@ impl InferPass {
         }
     }
 
+    /// Forgets the picture before.
+    pub(crate) fn cut(&mut self) {
+        self.before = None;
+    }
+
     /// The records of `targets`: its geometry, completed by inferred places.
     pub(crate) fn draw(
         &mut self,

@@ -89,6 +89,7 @@ impl Contenders {
         let picture = match shared {
             Some((shared, settings)) => tokio::task::block_in_place(|| {
                 shared.renderer.set_settings(settings);
+                shared.renderer.cut();
                 let frame = shared.renderer.render(&View::from(*camera))?;
                 Ok::<_, Exit>(Compared::from(&frame))
             })?,

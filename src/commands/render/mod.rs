@@ -208,6 +208,8 @@ struct Session {
 impl Session {
     fn render(&mut self, view: &View, file: &Path, bytes_received: u64) -> Result<Frame, Exit> {
         tokio::task::block_in_place(|| {
+            // Each view is a picture of its own, whatever was rendered before it.
+            self.renderer.cut();
             let frame = self.renderer.render_as(view, self.mode)?;
             if self.timed {
                 let since_start_ms = milliseconds(self.started);
