@@ -71,6 +71,29 @@ fn a_scene_is_rendered() {
     a_photograph_is_rendered_like_itself(&place);
     what_is_asked_wrongly_is_said_in_one_line(&place);
     info_tells_what_there_is(&place);
+    a_budget_that_cannot_be_held_takes_the_cheapest_settings(&place);
+}
+
+fn a_budget_that_cannot_be_held_takes_the_cheapest_settings(place: &Place) {
+    let settings = |budget: &str| {
+        let (out, report) = (place.file("budget.png"), place.file("budget.json"));
+        let arguments = ["render", text(&place.street.store), "--like", "101/602", "--size"];
+        let files = ["96x64", "-o", text(&out), "--report", text(&report)];
+        succeed(&[&arguments[..], &files, &["--budget-ms", budget]].concat());
+        let frame = json(&report)["frames"][0].clone();
+        let memory = &frame["memory"];
+        let kinds = ["points", "mesh", "photographs", "depth_maps", "targets"];
+        let sum: u64 = kinds.iter().filter_map(|&kind| memory[kind].as_u64()).sum();
+        assert!(sum > 0 && memory["total"].as_u64() == Some(sum), "{memory}");
+        frame["settings"].clone()
+    };
+    let (cheapest, finest) = (settings("1"), settings("60000"));
+    assert_eq!((&cheapest["rigs"], &finest["rigs"]), (&1.into(), &16.into()));
+    assert!(cheapest["frame_points"].is_u64() && finest["frame_points"].is_null());
+    assert_eq!(finest["resolution"], 1.0);
+    let store = text(&place.street.store);
+    let wrong = run(&["render", store, "--like", "x", "-o", "x.png", "--budget-ms", "0"]);
+    assert_eq!(wrong.status.code(), Some(2));
 }
 
 fn a_server_gives_the_pixels_of_the_store(place: &Place) {

@@ -21,7 +21,7 @@ use crate::stages::{PassTime, Stages};
 use crate::surface::{self, SurfacePass};
 use crate::targets::Targets;
 use crate::tiles::TilePass;
-use crate::{Gpu, Mode, RenderError, Settings, Texturing, depths, lens};
+use crate::{Gpu, MemoryReport, Mode, RenderError, Settings, Texturing, depths, lens};
 
 /// Most pixels of a picture, and of the G-buffer behind it: a word each fits a storage
 /// binding of 128 MiB.
@@ -162,6 +162,17 @@ impl Renderer {
             }
         }
         Ok(())
+    }
+
+    /// What it holds of the device's memory.
+    pub fn memory(&self) -> MemoryReport {
+        MemoryReport {
+            points: self.points.bytes(),
+            mesh: self.mesh.bytes(),
+            photographs: self.photographs.atlas.bytes(),
+            depth_maps: self.maps.bytes(),
+            targets: self.targets.as_ref().map_or(0, Targets::bytes),
+        }
     }
 
     /// The picture that the view's camera would take of what is resident.

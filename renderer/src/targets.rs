@@ -3,7 +3,7 @@
 use glam::UVec2;
 
 use crate::splat::{self, Nearest, Route};
-use crate::{Gpu, RenderError, mesh, shade, surface};
+use crate::{Gpu, RenderError, memory, mesh, shade, surface};
 
 /// Everything that a view writes to, kept between frames of the same size. The first are of
 /// the G-buffer's size, those from `records` on of the picture's.
@@ -85,6 +85,22 @@ impl Targets {
                 mapped_at_creation: false,
             }),
         }
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        let Self { planes, surfaces, depth, winners, winning_normals, .. } = self;
+        let Self { canvas, records, geometry, choice, blended, .. } = self;
+        let of_records = [records, geometry]
+            .into_iter()
+            .flat_map(|Records { positions, orientations }| [positions, orientations]);
+        let views = [planes, surfaces, depth, winners, winning_normals, canvas, choice, blended];
+        let views =
+            views.into_iter().chain(of_records).map(|view| memory::of_texture(view.texture()));
+        views.sum::<u64>()
+            + memory::of_texture(&self.picture)
+            + self.nearest_points.bytes()
+            + self.readback.size()
     }
 
     pub(crate) fn picture_view(&self) -> wgpu::TextureView {

@@ -8,13 +8,13 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use flaneur_scene::{Bounds3, ImageId, PointNodeId};
 
-use crate::Gpu;
 use crate::camera::gpu_data::Camera;
 use crate::mesh::{self, MeshPass, MeshStore};
 use crate::photographs::{Photograph, PhotographStore};
 use crate::points::PointStore;
 use crate::shade::photograph::Standing;
 use crate::splat::{self, SplatPass};
+use crate::{Gpu, memory};
 
 pub(crate) mod reference;
 #[cfg(test)]
@@ -78,6 +78,13 @@ impl DepthMaps {
         let max_maps = MAX_MAPS.min(limits.max_texture_array_layers as usize);
         let textures = Textures::new(gpu, side, FIRST_MAPS.min(max_maps));
         Self { side, refined, max_maps, slots: HashMap::new(), textures, frame: 0 }
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        let Textures { mesh, points, scratch, depth, .. } = &self.textures;
+        let textures = [mesh, points, depth.texture()].map(memory::of_texture);
+        textures.iter().sum::<u64>() + scratch.size()
     }
 
     /// How many photographs one frame may use.

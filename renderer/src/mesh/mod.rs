@@ -102,6 +102,11 @@ impl MeshStore {
         self.tiles.values().fold(Bounds3::EMPTY, |all, tile| all.union(&tile.bounds))
     }
 
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.tiles.values().map(|tile| tile.vertices.size() + tile.indices.size()).sum()
+    }
+
     pub(crate) fn triangle_count(&self) -> u64 {
         self.tiles.values().map(|tile| u64::from(tile.index_count) / 3).sum()
     }

@@ -9,7 +9,7 @@ use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
 use super::shelves::Shelves;
-use crate::Gpu;
+use crate::{Gpu, memory};
 
 /// Sides of the layers of each array, pixels.
 pub(crate) const SIDES: [u32; 4] = [1024, 2048, 4096, 8192];
@@ -102,6 +102,11 @@ impl Atlas {
             })
             .into();
         Self { arrays, halve }
+    }
+
+    /// Bytes of all arrays.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.arrays.iter().map(|array| memory::of_texture(&array.texture)).sum()
     }
 
     /// Views of all arrays, in the order of [`SIDES`].

@@ -152,6 +152,11 @@ impl PointStore {
         self.chunks.values().fold(Bounds3::EMPTY, |all, chunk| all.union(&chunk.bounds))
     }
 
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.pages.bytes()
+    }
+
     pub(crate) fn point_count(&self) -> u64 {
         self.points
     }

@@ -39,6 +39,12 @@ impl Pages {
         Self { pages: Vec::new(), with_normals }
     }
 
+    /// Bytes of all pages.
+    pub(crate) fn bytes(&self) -> u64 {
+        let normals = |page: &Page| page.normals.as_ref().map_or(0, wgpu::Buffer::size);
+        self.pages.iter().map(|page| page.records.size() + normals(page)).sum()
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.pages.len()
     }

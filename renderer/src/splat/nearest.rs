@@ -33,6 +33,11 @@ impl Nearest {
         Self { route, words, pixels }
     }
 
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.words.size()
+    }
+
     pub(crate) fn route(&self) -> Route {
         self.route
     }

@@ -5,10 +5,10 @@ mod report;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use clap::{ArgGroup, Args};
-use flaneur_renderer::{Frame, Gpu, Mode, Renderer, Settings, Texturing};
+use flaneur_renderer::{Frame, FrameBudget, Gpu, Mode, Renderer, Settings, Texturing};
 use flaneur_scene::View;
 use flaneur_services::ingest::{Progress, Unit};
 use flaneur_streamer::{Event, Streamer, ViewRequest};
@@ -23,6 +23,8 @@ use crate::viewpoints::{Height, Size, Viewpoint, parse_fov, parse_height, read_p
 use picture::PictureFormat;
 use report::{FrameReport, Report};
 
+/// Frames that are rendered for a view, at most, to find out what holds a budget.
+const MAX_TRIALS: u32 = 40;
 /// Size of a picture where nothing else decides it.
 const DEFAULT_SIZE: Size = Size(glam::UVec2::new(1024, 512));
 
@@ -82,6 +84,10 @@ pub(crate) struct RenderArguments {
     /// Leave out photographs: ids, panoramas, or globs over either
     #[arg(long, value_name = "IMAGE_ID", num_args = 1.., value_parser = Pattern::parse)]
     without: Vec<Pattern>,
+    /// Choose settings so that a frame takes about so many milliseconds on this machine; pictures
+    /// then depend on it
+    #[arg(long, value_name = "MS", value_parser = parse_budget)]
+    budget_ms: Option<Duration>,
     /// The picture: .png, .jpg or .webp
     #[arg(short, long = "out", value_name = "FILE")]
     out: PathBuf,
@@ -110,6 +116,8 @@ pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result
         renderer: Renderer::with_settings(&gpu, settings),
         adapter: gpu.adapter_name().to_owned(),
         mode: arguments.mode,
+        base: settings,
+        budget: arguments.budget_ms.map(FrameBudget::new),
         timed: arguments.report.is_some(),
         started,
         frames: Vec::new(),
@@ -199,6 +207,8 @@ struct Session {
     renderer: Renderer,
     adapter: String,
     mode: Mode,
+    base: Settings,
+    budget: Option<FrameBudget>,
     /// Whether someone wants to know how long a frame takes.
     timed: bool,
     started: Instant,
@@ -208,6 +218,9 @@ struct Session {
 impl Session {
     fn render(&mut self, view: &View, file: &Path, bytes_received: u64) -> Result<Frame, Exit> {
         tokio::task::block_in_place(|| {
+            if let Some(budget) = &mut self.budget {
+                hold(budget, &mut self.renderer, self.base, view, self.mode)?;
+            }
             // Each view is a picture of its own, whatever was rendered before it.
             self.renderer.cut();
             let frame = self.renderer.render_as(view, self.mode)?;
@@ -225,6 +238,7 @@ impl Session {
                     &passes,
                     since_start_ms,
                     bytes_received,
+                    &self.renderer,
                 ));
             }
             Ok(frame)
@@ -233,6 +247,40 @@ impl Session {
 
     fn report(self) -> Option<Report> {
         Report::new(self.adapter, self.frames)
+    }
+}
+
+/// Renders `view` until a rung of the budget holds, or nothing more can be done for it.
+fn hold(
+    budget: &mut FrameBudget,
+    renderer: &mut Renderer,
+    base: Settings,
+    view: &View,
+    mode: Mode,
+) -> Result<(), Exit> {
+    let base = FrameBudget::most_exact(base);
+    renderer.set_settings(budget.settings(base));
+    // What is new is brought to the device, and depth maps are drawn: that is not the view's time.
+    renderer.render_as(view, mode)?;
+    for _ in 0..MAX_TRIALS {
+        let started = Instant::now();
+        renderer.render_as(view, mode)?;
+        if budget.observe(started.elapsed()) {
+            renderer.set_settings(budget.settings(base));
+        } else if budget.is_settled() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// A time that a frame may take, milliseconds.
+fn parse_budget(text: &str) -> Result<Duration, String> {
+    let ms: f64 = text.parse().map_err(|_| format!("{text:?} is no number of milliseconds"))?;
+    if (1.0..=60_000.0).contains(&ms) {
+        Ok(Duration::from_secs_f64(ms / 1e3))
+    } else {
+        Err(format!("the budget is {ms} ms, must be 1 to 60000"))
     }
 }
 

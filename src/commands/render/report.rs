@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use flaneur_renderer::{Frame, PassTime};
+use flaneur_renderer::{Frame, MemoryReport, PassTime, Renderer, Settings};
 use serde::Serialize;
 
 /// All frames of a run. Times, counts and coverage are those of the last frame; every frame has
@@ -48,6 +48,47 @@ pub(crate) struct FrameReport {
     triangles: u64,
     images: u64,
     coverage: f64,
+    /// Bytes that the renderer holds on the device, by kind.
+    memory: Memory,
+    /// What a frame budget may have changed.
+    settings: Quality,
+}
+
+/// Bytes on the device.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Memory {
+    points: u64,
+    mesh: u64,
+    photographs: u64,
+    depth_maps: u64,
+    targets: u64,
+    total: u64,
+}
+
+/// Settings that trade speed for error between frames.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Quality {
+    rigs: usize,
+    /// `null` for no limit.
+    frame_points: Option<u64>,
+    inferred_hypotheses: u32,
+    resolution: f32,
+}
+
+impl From<MemoryReport> for Memory {
+    fn from(memory: MemoryReport) -> Self {
+        let MemoryReport { points, mesh, photographs, depth_maps, targets } = memory;
+        let total = memory.total();
+        Self { points, mesh, photographs, depth_maps, targets, total }
+    }
+}
+
+impl From<Settings> for Quality {
+    fn from(settings: Settings) -> Self {
+        let Settings { rigs, frame_points, inferred_hypotheses, resolution, .. } = settings;
+        let frame_points = (frame_points < u64::MAX).then_some(frame_points);
+        Self { rigs, frame_points, inferred_hypotheses, resolution }
+    }
 }
 
 impl Report {
@@ -78,6 +119,7 @@ impl FrameReport {
         passes: &[PassTime],
         since_start_ms: f64,
         bytes_received: u64,
+        renderer: &Renderer,
     ) -> Self {
         Self {
             file: file.display().to_string(),
@@ -91,6 +133,8 @@ impl FrameReport {
             triangles: frame.stats.triangles,
             images: frame.stats.images,
             coverage: frame.stats.coverage(),
+            memory: renderer.memory().into(),
+            settings: renderer.settings().into(),
         }
     }
 }

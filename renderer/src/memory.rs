@@ -1,0 +1,34 @@
+//! How much of the device's memory a renderer holds.
+
+/// Bytes of buffers and textures that are kept between frames, by what they hold. What a frame
+/// needs for itself alone (lists of what is drawn, uniforms) is not among them: some kilobytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemoryReport {
+    /// Pages of points, whether in use or free.
+    pub points: u64,
+    /// Tiles of mesh.
+    pub mesh: u64,
+    /// Texture arrays of photographs with their levels, whether in use or free.
+    pub photographs: u64,
+    /// The photographs' depth maps.
+    pub depth_maps: u64,
+    /// What a picture of the last size is drawn into.
+    pub targets: u64,
+}
+
+impl MemoryReport {
+    /// All of it.
+    pub fn total(&self) -> u64 {
+        let Self { points, mesh, photographs, depth_maps, targets } = *self;
+        points + mesh + photographs + depth_maps + targets
+    }
+}
+
+/// Bytes of a texture with all its layers and levels, without what a driver adds.
+pub(crate) fn of_texture(texture: &wgpu::Texture) -> u64 {
+    let level = |level| {
+        let size = texture.size().mip_level_size(level, texture.dimension());
+        texture.format().theoretical_memory_footprint(size)
+    };
+    (0..texture.mip_level_count()).map(level).sum()
+}
