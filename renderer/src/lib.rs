@@ -3,6 +3,7 @@
 #[cfg(test)]
 extern crate self as flaneur_renderer;
 
+mod align;
 mod camera;
 mod depth_map;
 mod depths;

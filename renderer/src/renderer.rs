@@ -3,6 +3,7 @@
 use flaneur_scene::{Bounds3, Distortion, PosedCamera, SceneUpdate, View, ViewProjection};
 use glam::{DVec3, UVec2};
 
+use crate::align::{self, AlignPass};
 use crate::camera::gpu_data::Camera;
 use crate::depth_map::{DepthMaps, Sources};
 use crate::forward::{ForwardPass, Indices};
@@ -37,6 +38,7 @@ pub struct Renderer {
     surface_pass: SurfacePass,
     tile_pass: TilePass,
     infer_pass: InferPass,
+    align_pass: AlignPass,
     shade_pass: ShadePass,
     forward_pass: Option<ForwardPass>,
     mesh: MeshStore,
@@ -66,6 +68,7 @@ impl Renderer {
             surface_pass: SurfacePass::new(gpu),
             tile_pass: TilePass::new(gpu),
             infer_pass: InferPass::new(gpu),
+            align_pass: AlignPass::new(gpu),
             shade_pass: ShadePass::new(gpu),
             forward_pass: ForwardPass::new(gpu, settings.texturing),
             mesh: MeshStore::default(),
@@ -305,7 +308,7 @@ impl Renderer {
                 Some(((*photograph, standing.rig), drawn))
             })
             .collect();
-        let (seen, photographs): (Vec<_>, Vec<Drawn>) = drawn.into_iter().unzip();
+        let (seen, mut photographs): (Vec<_>, Vec<Drawn>) = drawn.into_iter().unzip();
         let frame = shade::gpu_data::Frame {
             forward: camera.forward,
             focal: lens.focal[1],
@@ -315,17 +318,25 @@ impl Renderer {
             mode: mode as u32,
             depth_test: u32::from(settings.depth_test),
         };
+        let bounds = self.mesh.bounds().union(&self.points.bounds());
+        let evidence = Evidence {
+            view,
+            frame: &frame,
+            photographs: &photographs,
+            atlas: &self.photographs.atlas,
+            extent_m: farthest(&bounds, eye),
+        };
         if let Some(cells) = inferring {
-            let bounds = self.mesh.bounds().union(&self.points.bounds());
-            let evidence = Evidence {
-                view,
-                frame: &frame,
-                photographs: &photographs,
-                atlas: &self.photographs.atlas,
-                extent_m: farthest(&bounds, eye),
-            };
             self.infer_pass.draw(gpu, stages.encoder(), evidence, cells, targets);
             stages.ended("infer")?;
+        }
+        if settings.align && camera.orthographic == 0 {
+            let align = &mut self.align_pass;
+            let shares = align.draw(gpu, stages.encoder(), &camera, evidence, targets);
+            if let Some(shares) = shares {
+                align::share_out(&mut photographs, shares, align.step());
+            }
+            stages.ended("align")?;
         }
 
         let (words, stride) = targets.nearest_points.indices();
@@ -346,6 +357,7 @@ impl Renderer {
             photographs: &photographs,
             tiles: tiles.as_ref(),
             maps: &self.maps,
+            offsets: self.align_pass.offsets(),
             atlas: &self.photographs.atlas,
             sprites: sprites.as_ref(),
         };

@@ -37,6 +37,9 @@ pub struct Settings {
     pub image_memory_bytes: u64,
     /// Bytes of buffers for points.
     pub point_memory_bytes: u64,
+    /// Whether the two nearest photographs are made to agree, by a few pixels, before they are
+    /// blended.
+    pub align: bool,
     /// Whether pixels without geometry show what the photographs agree is there, marked as
     /// inferred.
     pub infer: bool,
@@ -138,6 +141,7 @@ impl Settings {
             depth_test,
             exposure_gains,
             texturing,
+            align,
             infer,
             inferred_hypotheses,
             background,
@@ -150,6 +154,7 @@ impl Settings {
             depth_test,
             exposure_gains,
             texturing,
+            align,
             infer,
             inferred_hypotheses,
             background,
@@ -249,6 +254,7 @@ impl Default for Settings {
             quads_from_px: None,
             image_memory_bytes: 3 << 30,
             point_memory_bytes: 1 << 30,
+            align: true,
             infer: true,
             inferred_hypotheses: 7,
             background: [178, 190, 202],

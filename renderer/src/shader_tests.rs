@@ -6,8 +6,8 @@ use std::mem::offset_of;
 use crate::settings::SplatNormals;
 use crate::splat::Route;
 use crate::{
-    Texturing, camera, depth_map, forward, gains, infer, lens, mesh, photographs, shade, splat,
-    surface, tiles,
+    Texturing, align, camera, depth_map, forward, gains, infer, lens, mesh, photographs, shade,
+    splat, surface, tiles,
 };
 
 fn sources() -> Vec<(&'static str, String)> {
@@ -36,6 +36,7 @@ fn sources() -> Vec<(&'static str, String)> {
     ]
     .into_iter()
     .chain(infer::sources())
+    .chain(align::sources())
     .collect()
 }
 
@@ -130,7 +131,7 @@ fn mirrors_have_the_layout_of_their_shaders() {
         choose,
         "Inference",
         infer::gpu_data::Inference,
-        [size, cells, step, hypotheses, diffused_index, rigs, backdrop, has_before, padding]
+        [size, cells, step, hypotheses, diffused_index, rigs, backdrop, has_before, first, padding]
     );
     assert_mirrors!(
         choose,
@@ -138,6 +139,16 @@ fn mirrors_have_the_layout_of_their_shaders() {
         infer::gpu_data::Before,
         [lens, right, step, down, padding_0, forward, padding_1, eye, padding_2]
     );
+    let align = |name| align::sources().into_iter().find(|(label, _)| *label == name);
+    let (_, solve) = align("solve").expect("a shader");
+    assert_mirrors!(
+        solve,
+        "Alignment",
+        align::gpu_data::Alignment,
+        [cells, step, coarser_step, share, padding_0, padding_1, padding_2]
+    );
+    let (_, turn) = align("turn").expect("a shader");
+    assert_mirrors!(turn, "Axes", align::gpu_data::Axes, [right, padding_0, down, padding_1]);
     assert_mirrors!(
         surface::wgsl(),
         "View",
@@ -203,7 +214,11 @@ fn mirrors_have_the_layout_of_their_shaders() {
             closeness,
             rig_floor,
             rig_step,
-            pose_m
+            pose_m,
+            shift,
+            shift_step,
+            padding_0,
+            padding_1
         ]
     );
 }

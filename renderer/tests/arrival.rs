@@ -18,6 +18,7 @@ fn settings() -> Settings {
         rigs: 10,
         depth_map_side: 128,
         exposure_gains: false,
+        align: false,
         infer: false,
         ..Settings::default()
     }
@@ -159,6 +160,7 @@ fn maps_that_were_given_away_are_made_again() {
         rigs: 200,
         depth_map_side: 64,
         exposure_gains: false,
+        align: false,
         infer: false,
         ..Settings::default()
     };

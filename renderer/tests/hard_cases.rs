@@ -19,7 +19,7 @@ const SIZE: UVec2 = UVec2::new(160, 120);
 const PHOTO: UVec2 = UVec2::new(160, 120);
 
 fn settings() -> Settings {
-    Settings { exposure_gains: false, infer: false, ..Settings::default() }
+    Settings { align: false, exposure_gains: false, infer: false, ..Settings::default() }
 }
 
 fn view() -> PosedCamera {

@@ -9,11 +9,11 @@ const MIN_STEP: u32 = 4;
 /// Cells are as large as it takes for this many to cover a picture.
 const MAX_CELLS: u32 = 1 << 16;
 
-pub(super) const RAY_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
-pub(super) const KNOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+pub(crate) const RAY_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+pub(crate) const KNOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
 pub(super) const INVERSE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
-pub(super) const SIGHT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
-pub(super) const RANK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+pub(crate) const SIGHT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
+pub(crate) const RANK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 pub(super) const COST_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 
 /// Most rigs that are asked about a hypothesis: two must see it, and the nearest need not.
@@ -36,7 +36,22 @@ impl Grid {
     /// The finest grid over a picture such that all hypotheses, one below the other, make a
     /// texture of at most `max_side`; `None` where there is none.
     pub(crate) fn new(picture: UVec2, between: u32, max_side: u32) -> Option<Self> {
-        let hypotheses = between + if between > 0 { 3 } else { 2 };
+        Self::with(picture, between, between + if between > 0 { 3 } else { 2 }, max_side)
+    }
+
+    /// The same with a single depth a cell.
+    pub(crate) fn alone(picture: UVec2, max_side: u32) -> Option<Self> {
+        Self::with(picture, 0, 1, max_side)
+    }
+
+    /// The same picture in cells so many times twice as large.
+    pub(crate) fn coarser(self, times: u32) -> Self {
+        let step = self.step << times;
+        let UVec2 { x, y } = self.picture;
+        Self { step, cells: UVec2::new(x.div_ceil(step), y.div_ceil(step)), ..self }
+    }
+
+    fn with(picture: UVec2, between: u32, hypotheses: u32, max_side: u32) -> Option<Self> {
         let mut step = MIN_STEP;
         while step < max_side {
             let cells = UVec2::new(picture.x.div_ceil(step), picture.y.div_ceil(step));

@@ -21,11 +21,12 @@ mod grid;
 mod sight;
 
 pub(crate) use grid::Grid;
-use grid::{COST_FORMAT, Cells, INVERSE_FORMAT, KNOWN_FORMAT, MAX_RIGS, RAY_FORMAT};
-use sight::SightPass;
+use grid::{COST_FORMAT, Cells, INVERSE_FORMAT, MAX_RIGS};
+pub(crate) use grid::{KNOWN_FORMAT, RANK_FORMAT, RAY_FORMAT, SIGHT_FORMAT};
+pub(crate) use sight::{SightPass, Sights};
 
 const INFERENCE_WGSL: &str = include_str!("inference.wgsl");
-const WHOLE_WGSL: &str = include_str!("whole.wgsl");
+pub(crate) const WHOLE_WGSL: &str = include_str!("whole.wgsl");
 
 /// How many times the scene's extent away the backdrop is: what is so far moves less than a
 /// pixel between photographs.
@@ -51,7 +52,8 @@ pub(crate) mod gpu_data {
         pub(crate) rigs: u32,
         pub(crate) backdrop: f32,
         pub(crate) has_before: u32,
-        pub(crate) padding: [u32; 2],
+        pub(crate) first: u32,
+        pub(crate) padding: u32,
     }
 
     /// Mirrors `Before` in choose.wgsl.
@@ -123,7 +125,7 @@ pub(crate) struct Evidence<'a> {
 
 impl InferPass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let [gather, pull, top, push, _, cost, window, choose, settle, fill] = sources();
+        let [_, pull, top, push, _, cost, window, choose, settle, fill] = sources();
         let pass = |(label, wgsl): (&'static str, String), formats: &[wgpu::TextureFormat]| {
             screen_pass(gpu, label, &wgsl, formats)
         };
@@ -132,7 +134,7 @@ impl InferPass {
             screen_pass_with(gpu, window.0, &window.1, &[COST_FORMAT], &constants)
         };
         Self {
-            gather: pass(gather, &[RAY_FORMAT, KNOWN_FORMAT]),
+            gather: gather_pass(gpu),
             pull: pass(pull, &[KNOWN_FORMAT]),
             top: pass(top, &[INVERSE_FORMAT]),
             push: pass(push, &[INVERSE_FORMAT]),
@@ -182,7 +184,8 @@ impl InferPass {
             rigs: rigs.min(MAX_RIGS),
             backdrop: (1.0 / (BACKDROP * range_m)) as f32,
             has_before: u32::from(before.is_some()),
-            padding: [0; 2],
+            first: 0,
+            padding: 0,
         };
         let before = before.map(|before| before_data(&before, view, grid)).unwrap_or_default();
         let uniform = |contents: &[u8]| {
@@ -210,8 +213,15 @@ impl InferPass {
         for (known, pair) in cells.known.iter().zip(cells.whole.windows(2)).rev() {
             self.push.draw(gpu, encoder, vec![texture(known), texture(&pair[1])], &[&pair[0]]);
         }
-        let buffers = sight::Buffers { frame: &frame, inference: &uniforms.0 };
-        self.sight.draw(gpu, encoder, buffers, evidence, cells);
+        let sights = Sights {
+            frame: &frame,
+            inference: &uniforms.0,
+            rays: &cells.rays,
+            diffused: &cells.whole[0],
+            rigs: &cells.sight_of_rig,
+            ranks: &cells.ranks,
+        };
+        self.sight.draw(gpu, encoder, evidence, sights);
         let [costs, costs_x] = &cells.costs;
         let bindings = vec![inference.clone(), texture(&cells.sights)];
         self.cost.draw(gpu, encoder, bindings, &[costs]);
@@ -239,6 +249,12 @@ impl InferPass {
         let filled = &targets.records;
         self.fill.draw(gpu, encoder, bindings, &[&filled.positions, &filled.orientations]);
     }
+}
+
+/// What is known of the cells of a grid, from the records of a picture.
+pub(crate) fn gather_pass(gpu: &Gpu) -> ScreenPass {
+    let [(label, wgsl), ..] = sources();
+    screen_pass(gpu, label, &wgsl, &[RAY_FORMAT, KNOWN_FORMAT])
 }
 
 /// The picture before as that from `view` sees it.

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use wgpu::util::DeviceExt as _;
 
 use super::Evidence;
-use super::grid::{Cells, RANK_FORMAT, SIGHT_FORMAT};
+use super::grid::{RANK_FORMAT, SIGHT_FORMAT};
 use crate::Gpu;
 use crate::shade;
 use crate::shade::photograph::{Drawn, gpu_data::Photograph};
@@ -16,7 +16,7 @@ use crate::shade::photograph::{Drawn, gpu_data::Photograph};
 const PHOTOGRAPH_STRIDE: usize = 256;
 
 #[derive(Debug)]
-pub(super) struct SightPass {
+pub(crate) struct SightPass {
     module: wgpu::ShaderModule,
     layouts: [wgpu::BindGroupLayout; 3],
     filtering: wgpu::Sampler,
@@ -24,11 +24,17 @@ pub(super) struct SightPass {
     pipelines: Mutex<BTreeMap<u32, wgpu::RenderPipeline>>,
 }
 
-/// The uniforms that all its draws share.
+/// What a draw reads, and where it draws.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Buffers<'a> {
-    pub(super) frame: &'a wgpu::Buffer,
-    pub(super) inference: &'a wgpu::Buffer,
+pub(crate) struct Sights<'a> {
+    pub(crate) frame: &'a wgpu::Buffer,
+    pub(crate) inference: &'a wgpu::Buffer,
+    pub(crate) rays: &'a wgpu::TextureView,
+    /// The diffused inverse range, in its first channel.
+    pub(crate) diffused: &'a wgpu::TextureView,
+    /// What each rig shows, the nearest first.
+    pub(crate) rigs: &'a [wgpu::TextureView],
+    pub(crate) ranks: &'a wgpu::TextureView,
 }
 
 /// The shader.
@@ -37,7 +43,7 @@ pub(super) fn wgsl() -> String {
 }
 
 impl SightPass {
-    pub(super) fn new(gpu: &Gpu) -> Self {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
         Self {
             module: gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("sight"),
@@ -55,14 +61,13 @@ impl SightPass {
         }
     }
 
-    /// Fills a layer of `cells.sights` for each of the nearest rigs.
-    pub(super) fn draw(
+    /// Draws what each of the nearest rigs shows.
+    pub(crate) fn draw(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        buffers: Buffers<'_>,
         evidence: Evidence<'_>,
-        cells: &Cells,
+        sights: Sights<'_>,
     ) {
         let Evidence { photographs, atlas, .. } = evidence;
         let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
@@ -88,11 +93,11 @@ impl SightPass {
         let of_frame = group(
             frame_layout,
             &[
-                entry(0, buffers.frame.as_entire_binding()),
+                entry(0, sights.frame.as_entire_binding()),
                 entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
-                entry(6, buffers.inference.as_entire_binding()),
-                entry(7, view(&cells.rays)),
-                entry(8, view(&cells.whole[0])),
+                entry(6, sights.inference.as_entire_binding()),
+                entry(7, view(sights.rays)),
+                entry(8, view(sights.diffused)),
             ],
         );
         let of_photograph = group(
@@ -114,7 +119,7 @@ impl SightPass {
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         let numbered: Vec<(u32, &Drawn)> = (0..).zip(photographs).collect();
         let rigs = numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig);
-        for (rig, layer) in rigs.zip(&cells.sight_of_rig) {
+        for (rig, layer) in rigs.zip(sights.rigs) {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("sight"),
                 color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -127,7 +132,7 @@ impl SightPass {
                     },
                 })],
                 depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                    view: &cells.ranks,
+                    view: sights.ranks,
                     depth_ops: Some(wgpu::Operations {
                         load: wgpu::LoadOp::Clear(0.0),
                         store: wgpu::StoreOp::Discard,

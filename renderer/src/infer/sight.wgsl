@@ -25,7 +25,7 @@ fn whole(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 @fragment
 fn fs(@builtin(position) at: vec4<f32>) -> Sight {
     let tall = vec2<u32>(at.xy);
-    let index = tall.y / inference.cells.y;
+    let index = inference.first + tall.y / inference.cells.y;
     let cell = vec2<i32>(vec2(tall.x, tall.y % inference.cells.y));
     let ray = textureLoad(rays, cell, 0).xyz;
     let inverse = hypothesis(inference, f32(index), textureLoad(diffused, cell, 0).x);

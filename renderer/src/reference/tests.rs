@@ -58,7 +58,7 @@ fn view(origin: DVec3) -> PosedCamera {
 
 /// The reference knows no gains and infers nothing.
 fn settings() -> Settings {
-    Settings { exposure_gains: false, infer: false, ..Settings::default() }
+    Settings { align: false, exposure_gains: false, infer: false, ..Settings::default() }
 }
 
 /// Both renderings of a view, and where the device's pixels are, relative to the eye.
@@ -68,7 +68,6 @@ fn both(
     mode: Mode,
     settings: Settings,
 ) -> (Frame, Vec<Option<DVec3>>, ReferenceFrame) {
-    let settings = Settings { infer: false, ..settings };
     let mut renderer = Renderer::with_settings(gpu(), settings);
     let mut scene = Scene::new(settings);
     for update in updates {

@@ -2,6 +2,7 @@
 // they show. Needs colour.wgsl.
 
 @group(0) @binding(2) var orientations: texture_2d<u32>;
+@group(0) @binding(6) var offsets: texture_2d<f32>;
 
 // Whether points are left to sprites.
 override POINTS_APART: bool = false;
@@ -14,8 +15,15 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     if POINTS_APART && place.kind == SHOWS_POINT {
         discard;
     }
-    let colour =
-        weighted_colour(place, projected(place.position), dot(frame.forward, place.position));
+    let depth = dot(frame.forward, place.position);
+    var seen = projected(place.position);
+    if photograph.shift != 0.0 {
+        let cells = at.xy / (photograph.shift_step * vec2<f32>(textureDimensions(offsets)));
+        let offset = photograph.shift * depth * textureSampleLevel(offsets, filtering, cells, 0.0);
+        // What it sees of the place stays what it was; only where that is found is displaced.
+        seen.pixel = projected(place.position + offset.xyz).pixel;
+    }
+    let colour = weighted_colour(place, seen, depth);
     // Tiles that a photograph has to itself are drawn whole.
     return select(vec4(0.0), colour, place.kind != SHOWS_NOTHING);
 }

@@ -115,6 +115,8 @@ pub(crate) struct Sources<'a> {
     /// Where each is drawn; `None` where there is none.
     pub(crate) tiles: Option<&'a TileLists>,
     pub(crate) maps: &'a DepthMaps,
+    /// By which photographs agree, see [`crate::align`].
+    pub(crate) offsets: &'a wgpu::TextureView,
     pub(crate) atlas: &'a Atlas,
     /// The points, where they are not textured as the rest is.
     pub(crate) sprites: Option<&'a Sprites<'a>>,
@@ -259,6 +261,7 @@ impl ShadePass {
                     entry(3, view(&map_mesh)),
                     entry(4, view(&map_points)),
                     entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
+                    entry(6, view(sources.offsets)),
                 ],
             ),
             photographs: group(

@@ -34,6 +34,10 @@ pub(crate) mod gpu_data {
         pub(crate) rig_floor: f32,
         pub(crate) rig_step: f32,
         pub(crate) pose_m: f32,
+        pub(crate) shift: f32,
+        pub(crate) shift_step: f32,
+        pub(crate) padding_0: u32,
+        pub(crate) padding_1: u32,
     }
 }
 
@@ -45,6 +49,8 @@ pub(crate) struct Drawn {
     pub(crate) atlas: usize,
     /// Which rig, in the order of drawing.
     pub(crate) rig: usize,
+    /// From the eye to the nearest camera of the rig.
+    pub(crate) rig_distance_m: f64,
 }
 
 /// How a photograph's rig stands among those of a frame.
@@ -125,7 +131,9 @@ impl Drawn {
             rig_floor: standing.rig as f32 / standing.rigs as f32,
             rig_step: 1.0 / standing.rigs as f32,
             closeness: closeness(centre.length_squared(), standing.nearest_2) as f32,
+            ..Default::default()
         };
-        Self { data, atlas: place.array, rig: standing.rig }
+        let rig_distance_m = standing.nearest_2.sqrt();
+        Self { data, atlas: place.array, rig: standing.rig, rig_distance_m }
     }
 }

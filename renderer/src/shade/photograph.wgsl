@@ -37,6 +37,11 @@ struct Photograph {
     rig_step: f32,
     // How far its place may be off, metres.
     pose_m: f32,
+    // Share of the offsets by which it agrees with another, and pixels between those.
+    shift: f32,
+    shift_step: f32,
+    padding_0: u32,
+    padding_1: u32,
 }
 
 // Mirrors `gpu_data::Frame` in shade/mod.rs.

@@ -192,6 +192,7 @@ impl Layouts {
                     entry(3, map),
                     entry(4, map),
                     entry(5, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+                    entry(6, texture(Float { filterable: true }, D2)),
                 ],
             ),
             photograph: layout("photograph", &[entry(0, uniform(true))]),

@@ -1,0 +1,62 @@
+//! The textures of one level of the pyramid on which two photographs are aligned.
+
+use glam::UVec2;
+
+use crate::Gpu;
+use crate::infer::{Grid, KNOWN_FORMAT, RANK_FORMAT, RAY_FORMAT, SIGHT_FORMAT};
+
+pub(super) const WARPED_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+pub(super) const FOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+pub(super) const TWO_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+pub(super) const SOLVED_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+pub(super) const DISPLACEMENT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+
+#[derive(Debug)]
+pub(super) struct Level {
+    pub(super) grid: Grid,
+    pub(super) rays: wgpu::TextureView,
+    pub(super) known: wgpu::TextureView,
+    pub(super) sights: [wgpu::TextureView; 2],
+    pub(super) ranks: wgpu::TextureView,
+    pub(super) warped: wgpu::TextureView,
+    pub(super) displaced: wgpu::TextureView,
+    pub(super) products: [wgpu::TextureView; 2],
+    pub(super) sums: [wgpu::TextureView; 2],
+    pub(super) solved: wgpu::TextureView,
+    pub(super) smoothed: wgpu::TextureView,
+}
+
+impl Level {
+    pub(super) fn new(gpu: &Gpu, grid: Grid) -> Self {
+        let view = |format| texture(gpu, grid.cells, format);
+        Self {
+            grid,
+            rays: view(RAY_FORMAT),
+            known: view(KNOWN_FORMAT),
+            sights: [view(SIGHT_FORMAT), view(SIGHT_FORMAT)],
+            ranks: view(RANK_FORMAT),
+            warped: view(WARPED_FORMAT),
+            displaced: view(DISPLACEMENT_FORMAT),
+            products: [view(FOUR_FORMAT), view(TWO_FORMAT)],
+            sums: [view(FOUR_FORMAT), view(TWO_FORMAT)],
+            solved: view(SOLVED_FORMAT),
+            smoothed: view(DISPLACEMENT_FORMAT),
+        }
+    }
+}
+
+/// A texture that passes draw and read.
+pub(super) fn texture(gpu: &Gpu, size: UVec2, format: wgpu::TextureFormat) -> wgpu::TextureView {
+    gpu.device
+        .create_texture(&wgpu::TextureDescriptor {
+            label: Some("align"),
+            size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        })
+        .create_view(&Default::default())
+}

@@ -1,0 +1,278 @@
+//! Makes the two nearest photographs agree before they are blended.
+//!
+//! Poses are off by centimetres, and depths too: two photographs of the same pole then show it
+//! twice, a few pixels apart. On a coarse grid both are looked up at what the picture shows, and
+//! the small displacement between them is found, coarse levels first, by Lucas and Kanade's
+//! method. Each photograph is then looked up displaced by its share: as much as the eye is nearer
+//! to the other, so that at a photograph's own place that photograph stays as it is.
+//!
+//! Equations and reasons are in reference.rs.
+
+use flaneur_scene::View;
+use wgpu::util::DeviceExt as _;
+
+use crate::camera::gpu_data::Camera;
+use crate::infer::{Evidence, Grid, SightPass, Sights, gather_pass, gpu_data::Inference};
+use crate::screen::{ScreenPass, screen_pass};
+use crate::shade::photograph::Drawn;
+use crate::targets::Targets;
+use crate::{Gpu, infer};
+
+mod level;
+
+use level::{DISPLACEMENT_FORMAT, FOUR_FORMAT, Level, SOLVED_FORMAT, TWO_FORMAT, WARPED_FORMAT};
+
+const ALIGNMENT_WGSL: &str = include_str!("alignment.wgsl");
+
+/// Offsets as the shading pass filters them.
+pub(crate) const OFFSET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+/// Most levels, each with cells twice as large as those of the one before.
+const LEVELS: u32 = 3;
+/// Fewest cells along the shorter side of a level: windows are small against the picture.
+const LEAST_CELLS: u32 = 20;
+/// How much farther than the second rig the third must be for the two to be aligned in full, as a
+/// share: where they change places nothing is displaced, so that nothing jumps.
+const APART: f64 = 0.25;
+/// Share of their weight that the other rigs lose where two are aligned in full.
+const ALONE: f32 = 0.95;
+
+pub(crate) mod gpu_data {
+    /// Mirrors `Alignment` in alignment.wgsl.
+    #[repr(C)]
+    #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+    pub(crate) struct Alignment {
+        pub(crate) cells: [u32; 2],
+        pub(crate) step: f32,
+        pub(crate) coarser_step: f32,
+        pub(crate) share: f32,
+        pub(crate) padding_0: u32,
+        pub(crate) padding_1: u32,
+        pub(crate) padding_2: u32,
+    }
+
+    /// Mirrors `Axes` in turn.wgsl.
+    #[repr(C)]
+    #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+    pub(crate) struct Axes {
+        pub(crate) right: [f32; 3],
+        pub(crate) padding_0: u32,
+        pub(crate) down: [f32; 3],
+        pub(crate) padding_1: u32,
+    }
+}
+
+/// Every shader of this pass, by name.
+pub(crate) fn sources() -> [(&'static str, String); 6] {
+    let whole = infer::WHOLE_WGSL;
+    [
+        ("warp", [ALIGNMENT_WGSL, whole, include_str!("warp.wgsl")].concat()),
+        ("products", [whole, include_str!("products.wgsl")].concat()),
+        ("along", [whole, include_str!("along.wgsl")].concat()),
+        ("solve", [ALIGNMENT_WGSL, whole, include_str!("solve.wgsl")].concat()),
+        ("smooth", [whole, include_str!("smooth.wgsl")].concat()),
+        ("turn", [whole, include_str!("turn.wgsl")].concat()),
+    ]
+}
+
+/// How the two nearest rigs share the displacement between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shares {
+    /// Of the nearest, 0 to a half.
+    pub(crate) nearest: f64,
+    /// How much of it all is applied, 0 to 1.
+    pub(crate) applied: f64,
+}
+
+impl Shares {
+    /// For distances from the eye to the nearest rigs, metres, nearest first. `None` where there
+    /// are no two.
+    pub(crate) fn new(distances_m: &[f64]) -> Option<Self> {
+        let (&first, &second) = (distances_m.first()?, distances_m.get(1)?);
+        let nearest = if second > 0.0 { first / (first + second) } else { 0.5 };
+        let apart = distances_m.get(2).map_or(1.0, |third| (third / second - 1.0) / APART);
+        // Zero over zero is no distance between the second and the third.
+        let t = if apart.is_nan() { 0.0 } else { apart.clamp(0.0, 1.0) };
+        Some(Self { nearest, applied: t * t * (3.0 - 2.0 * t) })
+    }
+}
+
+/// The pipelines of this pass, and its textures.
+#[derive(Debug)]
+pub(crate) struct AlignPass {
+    gather: ScreenPass,
+    sight: SightPass,
+    warp: ScreenPass,
+    products: ScreenPass,
+    along: ScreenPass,
+    solve: ScreenPass,
+    smooth: ScreenPass,
+    turn: ScreenPass,
+    /// Finest first.
+    levels: Vec<Level>,
+    nowhere: wgpu::TextureView,
+    offsets: wgpu::TextureView,
+}
+
+impl AlignPass {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        let [warp, products, along, solve, smooth, turn] = sources();
+        let pass = |(label, wgsl): (&'static str, String), formats: &[wgpu::TextureFormat]| {
+            screen_pass(gpu, label, &wgsl, formats)
+        };
+        let one = |format| level::texture(gpu, glam::UVec2::ONE, format);
+        Self {
+            gather: gather_pass(gpu),
+            sight: SightPass::new(gpu),
+            warp: pass(warp, &[WARPED_FORMAT, DISPLACEMENT_FORMAT]),
+            products: pass(products, &[FOUR_FORMAT, TWO_FORMAT]),
+            along: pass(along, &[FOUR_FORMAT, TWO_FORMAT]),
+            solve: pass(solve, &[SOLVED_FORMAT]),
+            smooth: pass(smooth, &[DISPLACEMENT_FORMAT]),
+            turn: pass(turn, &[OFFSET_FORMAT]),
+            levels: Vec::new(),
+            nowhere: one(DISPLACEMENT_FORMAT),
+            offsets: one(OFFSET_FORMAT),
+        }
+    }
+
+    /// How much of the world's offsets each photograph takes, one after the other; and fills the
+    /// texture of [`AlignPass::offsets`] where any takes some.
+    pub(crate) fn draw(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        camera: &Camera,
+        evidence: Evidence<'_>,
+        targets: &Targets,
+    ) -> Option<Shares> {
+        let rigs = evidence.photographs.chunk_by(|a, b| a.rig == b.rig);
+        let distances: Vec<f64> =
+            rigs.filter_map(|rig| rig.first()).map(|drawn| drawn.rig_distance_m).collect();
+        let shares = Shares::new(&distances).filter(|shares| shares.applied > 0.0)?;
+        self.resize(gpu, evidence.view)?;
+        let uniform = |contents: &[u8]| {
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("align"),
+                contents,
+                usage: wgpu::BufferUsages::UNIFORM,
+            })
+        };
+        let frame = uniform(bytemuck::bytes_of(evidence.frame));
+        let texture = wgpu::BindingResource::TextureView;
+        let mut coarser: (&wgpu::TextureView, u32) = (&self.nowhere, u32::MAX);
+        for level in self.levels.iter().rev() {
+            let inference = uniform(bytemuck::bytes_of(&inference(level.grid)));
+            let alignment = uniform(bytemuck::bytes_of(&gpu_data::Alignment {
+                cells: level.grid.cells.to_array(),
+                step: level.grid.step as f32,
+                coarser_step: coarser.1 as f32,
+                share: shares.nearest as f32,
+                padding_0: 0,
+                padding_1: 0,
+                padding_2: 0,
+            }));
+            let bindings = vec![inference.as_entire_binding(), texture(&targets.records.positions)];
+            self.gather.draw(gpu, encoder, bindings, &[&level.rays, &level.known]);
+            let sights = Sights {
+                frame: &frame,
+                inference: &inference,
+                rays: &level.rays,
+                diffused: &level.known,
+                rigs: &level.sights,
+                ranks: &level.ranks,
+            };
+            self.sight.draw(gpu, encoder, evidence, sights);
+            let [first, second] = &level.sights;
+            let bindings = vec![
+                alignment.as_entire_binding(),
+                texture(first),
+                texture(second),
+                texture(coarser.0),
+            ];
+            self.warp.draw(gpu, encoder, bindings, &[&level.warped, &level.displaced]);
+            let [four, two] = &level.products;
+            self.products.draw(gpu, encoder, vec![texture(&level.warped)], &[four, two]);
+            let bindings = vec![texture(four), texture(two)];
+            let [four, two] = &level.sums;
+            self.along.draw(gpu, encoder, bindings, &[four, two]);
+            let bindings = vec![
+                alignment.as_entire_binding(),
+                texture(four),
+                texture(two),
+                texture(&level.displaced),
+            ];
+            self.solve.draw(gpu, encoder, bindings, &[&level.solved]);
+            let bindings = vec![texture(&level.solved)];
+            self.smooth.draw(gpu, encoder, bindings, &[&level.smoothed]);
+            coarser = (&level.smoothed, level.grid.step);
+        }
+        let axes = uniform(bytemuck::bytes_of(&axes(camera, evidence.view)));
+        let bindings = vec![axes.as_entire_binding(), texture(coarser.0)];
+        self.turn.draw(gpu, encoder, bindings, &[&self.offsets]);
+        Some(shares)
+    }
+
+    /// World offsets, metres a metre of depth, over cells of [`AlignPass::step`] pixels.
+    pub(crate) fn offsets(&self) -> &wgpu::TextureView {
+        &self.offsets
+    }
+
+    /// Pixels a side of a cell.
+    pub(crate) fn step(&self) -> u32 {
+        self.levels.first().map_or(1, |level| level.grid.step)
+    }
+
+    fn resize(&mut self, gpu: &Gpu, view: &View) -> Option<()> {
+        let max_side = gpu.device.limits().max_texture_dimension_2d;
+        let finest = Grid::alone(view.size(), max_side)?;
+        if self.levels.first().is_none_or(|level| level.grid != finest) {
+            let grids = (0..LEVELS).map(|times| finest.coarser(times));
+            let grids = grids.filter(|g| *g == finest || g.cells.min_element() >= LEAST_CELLS);
+            self.levels = grids.map(|grid| Level::new(gpu, grid)).collect();
+            self.offsets = level::texture(gpu, finest.cells, OFFSET_FORMAT);
+        }
+        Some(())
+    }
+}
+
+/// Gives each photograph of the two nearest rigs its share of the offsets. The others, which show
+/// the same a few pixels aside, leave the picture to them as far as they see it.
+pub(crate) fn share_out(photographs: &mut [Drawn], shares: Shares, step: u32) {
+    let parts = [-shares.nearest, 1.0 - shares.nearest];
+    for (index, rig) in photographs.chunk_by_mut(|a, b| a.rig == b.rig).enumerate() {
+        for drawn in rig {
+            if let Some(part) = parts.get(index) {
+                drawn.data.shift = (part * shares.applied) as f32;
+                drawn.data.shift_step = step as f32;
+            } else {
+                drawn.data.rig_weight *= 1.0 - ALONE * shares.applied as f32;
+            }
+        }
+    }
+}
+
+/// What the shaders shared with inference are to know: one depth a cell, the one that is shown.
+fn inference(grid: Grid) -> Inference {
+    Inference {
+        size: grid.picture.to_array(),
+        cells: grid.cells.to_array(),
+        step: grid.step,
+        hypotheses: 1,
+        first: 1,
+        diffused_index: 1,
+        rigs: 2,
+        backdrop: 0.0,
+        has_before: 0,
+        padding: 0,
+    }
+}
+
+fn axes(camera: &Camera, view: &View) -> gpu_data::Axes {
+    let intrinsics = view.camera.lens.intrinsics;
+    gpu_data::Axes {
+        right: camera.right.map(|x| x / intrinsics.fx as f32),
+        padding_0: 0,
+        down: camera.down.map(|x| x / intrinsics.fy as f32),
+        padding_1: 0,
+    }
+}
