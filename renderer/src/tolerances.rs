@@ -102,3 +102,7 @@ pub const GAINS_STEP_255: f64 = 4.5;
 /// good to 1e-6 m, and the street is far enough from grazing to multiply that by less than 10. A
 /// pixel of a large picture is a hundred times as wide there.
 pub const JITTER_M: f64 = 1e-5;
+
+/// A step of alignment against f64, in cells: the determinant of a matrix of two gradients that
+/// are nearly parallel keeps four digits beside the constant of noise.
+pub const ALIGNMENT_CELLS: f64 = 1e-3;

@@ -19,9 +19,14 @@ use crate::targets::Targets;
 use crate::{Gpu, infer};
 
 mod level;
+#[cfg(test)]
+mod reference;
+#[cfg(test)]
+mod tests;
 
 use level::{DISPLACEMENT_FORMAT, FOUR_FORMAT, Level, SOLVED_FORMAT, TWO_FORMAT, WARPED_FORMAT};
 
+const LUCAS_KANADE_WGSL: &str = include_str!("lucas_kanade.wgsl");
 const ALIGNMENT_WGSL: &str = include_str!("alignment.wgsl");
 
 /// Offsets as the shading pass filters them.
@@ -68,7 +73,7 @@ pub(crate) fn sources() -> [(&'static str, String); 6] {
         ("warp", [ALIGNMENT_WGSL, whole, include_str!("warp.wgsl")].concat()),
         ("products", [whole, include_str!("products.wgsl")].concat()),
         ("along", [whole, include_str!("along.wgsl")].concat()),
-        ("solve", [ALIGNMENT_WGSL, whole, include_str!("solve.wgsl")].concat()),
+        ("solve", [ALIGNMENT_WGSL, LUCAS_KANADE_WGSL, whole, include_str!("solve.wgsl")].concat()),
         ("smooth", [whole, include_str!("smooth.wgsl")].concat()),
         ("turn", [whole, include_str!("turn.wgsl")].concat()),
     ]

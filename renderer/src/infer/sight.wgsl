@@ -8,9 +8,11 @@ struct Sight {
     @location(0) seen: vec2<f32>,
 }
 
-// How many times surroundings are halved more often than what they surround: about 32 cells of
-// them, so that exposure, which changes between photographs, cancels, and patterns stay.
-const SURROUNDINGS_LOD: f32 = 3.0;
+// Surroundings reach so many cells to all sides, so that exposure, which changes between
+// photographs, cancels, and patterns stay.
+const REACH: f32 = 3.0;
+// Times that they are halved more often than what they surround, where there are such levels.
+const COARSER: f32 = 2.0;
 
 @group(0) @binding(6) var<uniform> inference: Inference;
 @group(0) @binding(7) var rays: texture_2d<f32>;
@@ -35,10 +37,15 @@ fn fs(@builtin(position) at: vec4<f32>) -> Sight {
     let rank = rig_score(found.border, photograph.closeness);
     let view_depth = max(dot(frame.forward, place), 1e-3);
     let lod = level_of_detail(found.position.z, view_depth) + log2(f32(inference.step));
-    let coarse = min(lod + SURROUNDINGS_LOD, photograph.max_lod);
+    let coarse = min(lod + COARSER, photograph.max_lod);
     let texel = look_up(found.pixel, min(lod, photograph.max_lod));
-    let around = look_up(found.pixel, coarse);
-    sight.seen = vec2(brightness(texel.rgb) - brightness(around.rgb), 1.0);
+    let reach = REACH * exp2(lod);
+    var around = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let corner = 2.0 * vec2<f32>(vec2(i & 1u, i >> 1u)) - 1.0;
+        around += 0.25 * brightness(look_up(found.pixel + reach * corner, coarse).rgb);
+    }
+    sight.seen = vec2(brightness(texel.rgb) - around, 1.0);
     sight.rank = select(0.0, rank, texel.a >= OPAQUE && dot(ray, ray) > 0.0);
     return sight;
 }
