@@ -60,6 +60,9 @@ pub(crate) static METHODS: &[Method] =
         changed("hybrid-without-refinement", "Depth maps are of the mesh alone", |whole| {
             Settings { refine_by_points: false, ..whole }
         }),
+        changed("hybrid-without-alignment", "Photographs stay a few pixels apart", |whole| {
+            Settings { align: false, ..whole }
+        }),
         changed("hybrid-without-inference", "No depths are inferred", |whole| Settings {
             infer: false,
             ..whole
