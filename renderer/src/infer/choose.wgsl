@@ -55,7 +55,8 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) f32 {
 }
 
 fn judged(cell: vec2<i32>, index: u32) -> f32 {
-    let cost = textureLoad(costs, cell + vec2(0, i32(index * inference.cells.y)), 0).x;
+    let four = textureLoad(costs, cell + vec2(0, i32(index / 4u * inference.cells.y)), 0);
+    let cost = four[index % 4u];
     return cost + prior(f32(index) / f32(inference.diffused_index)) - kept(cell, index);
 }
 

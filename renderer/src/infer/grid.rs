@@ -14,7 +14,8 @@ pub(crate) const KNOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Fl
 pub(super) const INVERSE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 pub(crate) const SIGHT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 pub(crate) const RANK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-pub(super) const COST_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
+/// Four hypotheses in a texel.
+pub(super) const COST_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// Most rigs that are asked about a hypothesis: two must see it, and the nearest need not.
 pub(super) const MAX_RIGS: u32 = 4;
@@ -65,7 +66,12 @@ impl Grid {
         None
     }
 
-    pub(super) fn tall(&self) -> UVec2 {
+    /// Four hypotheses in one.
+    fn packed(&self) -> UVec2 {
+        UVec2::new(self.cells.x, self.cells.y * self.hypotheses.div_ceil(4))
+    }
+
+    fn tall(&self) -> UVec2 {
         UVec2::new(self.cells.x, self.cells.y * self.hypotheses)
     }
 }
@@ -133,7 +139,7 @@ impl Cells {
             }),
             sight_of_rig: (0..MAX_RIGS).map(of_rig).collect(),
             ranks: view(grid.tall(), RANK_FORMAT),
-            costs: [view(grid.tall(), COST_FORMAT), view(grid.tall(), COST_FORMAT)],
+            costs: [view(grid.packed(), COST_FORMAT), view(grid.packed(), COST_FORMAT)],
             chosen: view(grid.cells, INVERSE_FORMAT),
             settled: [view(grid.cells, INVERSE_FORMAT), view(grid.cells, INVERSE_FORMAT)],
         }

@@ -29,11 +29,16 @@ fn fs(@builtin(position) at: vec4<f32>) -> Sight {
     let tall = vec2<u32>(at.xy);
     let index = inference.first + tall.y / inference.cells.y;
     let cell = vec2<i32>(vec2(tall.x, tall.y % inference.cells.y));
-    let ray = textureLoad(rays, cell, 0).xyz;
+    var sight: Sight;
+    let direction = textureLoad(rays, cell, 0);
+    // What is known is not judged, so that nobody need look.
+    if inference.hypotheses > 1u && direction.w > 0.5 {
+        return sight;
+    }
+    let ray = direction.xyz;
     let inverse = hypothesis(inference, f32(index), textureLoad(diffused, cell, 0).x);
     let place = ray / max(inverse, 1e-9);
     let found = projected(place);
-    var sight: Sight;
     let rank = rig_score(found.border, photograph.closeness);
     let view_depth = max(dot(frame.forward, place), 1e-3);
     let lod = level_of_detail(found.position.z, view_depth) + log2(f32(inference.step));
@@ -50,7 +55,7 @@ fn fs(@builtin(position) at: vec4<f32>) -> Sight {
     return sight;
 }
 
-// About as bright as it looks, of linear colour.
+// About as bright as it looks, of linear colour, at the exposure that all share.
 fn brightness(linear: vec3<f32>) -> f32 {
-    return sqrt(max(dot(linear, vec3(0.2126, 0.7152, 0.0722)), 0.0));
+    return sqrt(max(dot(photograph.gain * linear, vec3(0.2126, 0.7152, 0.0722)), 0.0));
 }
