@@ -332,7 +332,7 @@ impl Renderer {
         }
         if settings.align && camera.orthographic == 0 {
             let align = &mut self.align_pass;
-            let shares = align.draw(gpu, stages.encoder(), &camera, evidence, targets);
+            let shares = align.draw(gpu, stages.encoder(), &camera, evidence, &self.maps, targets);
             if let Some(shares) = shares {
                 align::share_out(&mut photographs, shares, align.step());
             }

@@ -131,7 +131,7 @@ fn mirrors_have_the_layout_of_their_shaders() {
         choose,
         "Inference",
         infer::gpu_data::Inference,
-        [size, cells, step, hypotheses, diffused_index, rigs, backdrop, has_before, first, padding]
+        [size, cells, step, hypotheses, diffused_index, rigs, backdrop, has_before, padding]
     );
     assert_mirrors!(
         choose,

@@ -3,7 +3,7 @@
 use glam::UVec2;
 
 use crate::Gpu;
-use crate::infer::{Grid, KNOWN_FORMAT, RANK_FORMAT, RAY_FORMAT, SIGHT_FORMAT};
+use crate::infer::{Grid, RANK_FORMAT, SIGHT_FORMAT};
 
 pub(super) const WARPED_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 pub(super) const FOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -14,10 +14,10 @@ pub(super) const DISPLACEMENT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat:
 #[derive(Debug)]
 pub(super) struct Level {
     pub(super) grid: Grid,
-    pub(super) rays: wgpu::TextureView,
-    pub(super) known: wgpu::TextureView,
     pub(super) sights: [wgpu::TextureView; 2],
     pub(super) ranks: wgpu::TextureView,
+    /// What stands out of its surroundings, of both.
+    pub(super) patterns: wgpu::TextureView,
     pub(super) warped: wgpu::TextureView,
     pub(super) displaced: wgpu::TextureView,
     pub(super) products: [wgpu::TextureView; 2],
@@ -31,10 +31,9 @@ impl Level {
         let view = |format| texture(gpu, grid.cells, format);
         Self {
             grid,
-            rays: view(RAY_FORMAT),
-            known: view(KNOWN_FORMAT),
             sights: [view(SIGHT_FORMAT), view(SIGHT_FORMAT)],
             ranks: view(RANK_FORMAT),
+            patterns: view(WARPED_FORMAT),
             warped: view(WARPED_FORMAT),
             displaced: view(DISPLACEMENT_FORMAT),
             products: [view(FOUR_FORMAT), view(TWO_FORMAT)],

@@ -12,11 +12,12 @@ use flaneur_scene::View;
 use wgpu::util::DeviceExt as _;
 
 use crate::camera::gpu_data::Camera;
-use crate::infer::{Evidence, Grid, SightPass, Sights, gather_pass, gpu_data::Inference};
+use crate::depth_map::DepthMaps;
+use crate::infer::{Evidence, Grid, SightPass, Sights, UNIFORM, texture_of};
 use crate::screen::{ScreenPass, screen_pass};
 use crate::shade::photograph::Drawn;
 use crate::targets::Targets;
-use crate::{Gpu, infer};
+use crate::{Gpu, infer, shade};
 
 mod level;
 #[cfg(test)]
@@ -28,6 +29,14 @@ use level::{DISPLACEMENT_FORMAT, FOUR_FORMAT, Level, SOLVED_FORMAT, TWO_FORMAT, 
 
 const LUCAS_KANADE_WGSL: &str = include_str!("lucas_kanade.wgsl");
 const ALIGNMENT_WGSL: &str = include_str!("alignment.wgsl");
+
+/// Records of the picture, and depth maps.
+const RECORDS: wgpu::BindingType =
+    texture_of(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2);
+const MAPS: wgpu::BindingType = texture_of(
+    wgpu::TextureSampleType::Float { filterable: false },
+    wgpu::TextureViewDimension::D2Array,
+);
 
 /// Offsets as the shading pass filters them.
 pub(crate) const OFFSET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -67,9 +76,16 @@ pub(crate) mod gpu_data {
 }
 
 /// Every shader of this pass, by name.
-pub(crate) fn sources() -> [(&'static str, String); 6] {
+pub(crate) fn sources() -> [(&'static str, String); 9] {
     let whole = infer::WHOLE_WGSL;
+    let sight = include_str!("sight.wgsl");
     [
+        (
+            "align sight",
+            [&shade::colour_wgsl(), infer::BRIGHTNESS_WGSL, ALIGNMENT_WGSL, sight].concat(),
+        ),
+        ("pair", [whole, include_str!("pair.wgsl")].concat()),
+        ("pattern", [whole, include_str!("pattern.wgsl")].concat()),
         ("warp", [ALIGNMENT_WGSL, whole, include_str!("warp.wgsl")].concat()),
         ("products", [whole, include_str!("products.wgsl")].concat()),
         ("along", [whole, include_str!("along.wgsl")].concat()),
@@ -104,8 +120,9 @@ impl Shares {
 /// The pipelines of this pass, and its textures.
 #[derive(Debug)]
 pub(crate) struct AlignPass {
-    gather: ScreenPass,
     sight: SightPass,
+    pair: ScreenPass,
+    pattern: ScreenPass,
     warp: ScreenPass,
     products: ScreenPass,
     along: ScreenPass,
@@ -120,14 +137,19 @@ pub(crate) struct AlignPass {
 
 impl AlignPass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let [warp, products, along, solve, smooth, turn] = sources();
+        let [(_, sight), pair, pattern, warp, products, along, solve, smooth, turn] = sources();
         let pass = |(label, wgsl): (&'static str, String), formats: &[wgpu::TextureFormat]| {
             screen_pass(gpu, label, &wgsl, formats)
         };
         let one = |format| level::texture(gpu, glam::UVec2::ONE, format);
         Self {
-            gather: gather_pass(gpu),
-            sight: SightPass::new(gpu),
+            sight: SightPass::new(
+                gpu,
+                &sight,
+                &[(0, UNIFORM), (1, RECORDS), (2, RECORDS), (3, MAPS), (4, MAPS), (6, UNIFORM)],
+            ),
+            pair: pass(pair, &[WARPED_FORMAT]),
+            pattern: pass(pattern, &[WARPED_FORMAT]),
             warp: pass(warp, &[WARPED_FORMAT, DISPLACEMENT_FORMAT]),
             products: pass(products, &[FOUR_FORMAT, TWO_FORMAT]),
             along: pass(along, &[FOUR_FORMAT, TWO_FORMAT]),
@@ -148,6 +170,7 @@ impl AlignPass {
         encoder: &mut wgpu::CommandEncoder,
         camera: &Camera,
         evidence: Evidence<'_>,
+        maps: &DepthMaps,
         targets: &Targets,
     ) -> Option<Shares> {
         let rigs = evidence.photographs.chunk_by(|a, b| a.rig == b.rig);
@@ -164,9 +187,9 @@ impl AlignPass {
         };
         let frame = uniform(bytemuck::bytes_of(evidence.frame));
         let texture = wgpu::BindingResource::TextureView;
+        let (map_mesh, map_points) = (maps.mesh_view(), maps.points_view());
         let mut coarser: (&wgpu::TextureView, u32) = (&self.nowhere, u32::MAX);
         for level in self.levels.iter().rev() {
-            let inference = uniform(bytemuck::bytes_of(&inference(level.grid)));
             let alignment = uniform(bytemuck::bytes_of(&gpu_data::Alignment {
                 cells: level.grid.cells.to_array(),
                 step: level.grid.step as f32,
@@ -176,24 +199,26 @@ impl AlignPass {
                 padding_1: 0,
                 padding_2: 0,
             }));
-            let bindings = vec![inference.as_entire_binding(), texture(&targets.records.positions)];
-            self.gather.draw(gpu, encoder, bindings, &[&level.rays, &level.known]);
             let sights = Sights {
-                frame: &frame,
-                inference: &inference,
-                rays: &level.rays,
-                diffused: &level.known,
+                inputs: vec![
+                    (0, frame.as_entire_binding()),
+                    (1, texture(&targets.records.positions)),
+                    (2, texture(&targets.records.orientations)),
+                    (3, texture(&map_mesh)),
+                    (4, texture(&map_points)),
+                    (6, alignment.as_entire_binding()),
+                ],
                 rigs: &level.sights,
                 ranks: &level.ranks,
             };
             self.sight.draw(gpu, encoder, evidence, sights);
             let [first, second] = &level.sights;
-            let bindings = vec![
-                alignment.as_entire_binding(),
-                texture(first),
-                texture(second),
-                texture(coarser.0),
-            ];
+            let both = vec![texture(first), texture(second)];
+            self.pair.draw(gpu, encoder, both, &[&level.warped]);
+            let bindings = vec![texture(first), texture(second), texture(&level.warped)];
+            self.pattern.draw(gpu, encoder, bindings, &[&level.patterns]);
+            let bindings =
+                vec![alignment.as_entire_binding(), texture(&level.patterns), texture(coarser.0)];
             self.warp.draw(gpu, encoder, bindings, &[&level.warped, &level.displaced]);
             let [four, two] = &level.products;
             self.products.draw(gpu, encoder, vec![texture(&level.warped)], &[four, two]);
@@ -253,22 +278,6 @@ pub(crate) fn share_out(photographs: &mut [Drawn], shares: Shares, step: u32) {
                 drawn.data.rig_weight *= 1.0 - ALONE * shares.applied as f32;
             }
         }
-    }
-}
-
-/// What the shaders shared with inference are to know: one depth a cell, the one that is shown.
-fn inference(grid: Grid) -> Inference {
-    Inference {
-        size: grid.picture.to_array(),
-        cells: grid.cells.to_array(),
-        step: grid.step,
-        hypotheses: 1,
-        first: 1,
-        diffused_index: 1,
-        rigs: 2,
-        backdrop: 0.0,
-        has_before: 0,
-        padding: 0,
     }
 }
 

@@ -9,9 +9,8 @@ struct Warped {
 }
 
 @group(0) @binding(0) var<uniform> alignment: Alignment;
-@group(0) @binding(1) var first: texture_2d<f32>;
-@group(0) @binding(2) var second: texture_2d<f32>;
-@group(0) @binding(3) var coarser: texture_2d<f32>;
+@group(0) @binding(1) var patterns: texture_2d<f32>;
+@group(0) @binding(2) var coarser: texture_2d<f32>;
 
 @fragment
 fn fs(@builtin(position) at: vec4<f32>) -> Warped {
@@ -19,8 +18,8 @@ fn fs(@builtin(position) at: vec4<f32>) -> Warped {
     let between = at.xy * alignment.step / alignment.coarser_step;
     warped.displacement = bilinear(coarser, between).xy;
     let moved = warped.displacement / alignment.step;
-    let a = bilinear(first, at.xy - alignment.share * moved).xy;
-    let b = bilinear(second, at.xy + (1.0 - alignment.share) * moved).xy;
+    let a = bilinear(patterns, at.xy - alignment.share * moved).xz;
+    let b = bilinear(patterns, at.xy + (1.0 - alignment.share) * moved).yz;
     // Beside what one does not see, its values are those of no place.
     warped.seen = vec4(a.x, b.x, select(0.0, 1.0, min(a.y, b.y) > 0.99), 0.0);
     return warped;

@@ -19,9 +19,7 @@ struct Inference {
     backdrop: f32,
     // 1 where the depths of a picture before this one are known.
     has_before: u32,
-    // The first hypothesis that is looked at.
-    first: u32,
-    padding: u32,
+    padding: vec2<u32>,
 }
 
 // Inverse range, 1/m, of a hypothesis, which need not be whole; diffused: what the neighbours say.

@@ -22,11 +22,18 @@ mod sight;
 
 pub(crate) use grid::Grid;
 use grid::{COST_FORMAT, Cells, INVERSE_FORMAT, MAX_RIGS};
-pub(crate) use grid::{KNOWN_FORMAT, RANK_FORMAT, RAY_FORMAT, SIGHT_FORMAT};
-pub(crate) use sight::{SightPass, Sights};
+use grid::{KNOWN_FORMAT, RAY_FORMAT};
+pub(crate) use grid::{RANK_FORMAT, SIGHT_FORMAT};
+pub(crate) use sight::{BRIGHTNESS_WGSL, SightPass, Sights, UNIFORM, texture_of};
 
 const INFERENCE_WGSL: &str = include_str!("inference.wgsl");
 pub(crate) const WHOLE_WGSL: &str = include_str!("whole.wgsl");
+
+/// A texture over the grid.
+const CELLS: wgpu::BindingType = texture_of(
+    wgpu::TextureSampleType::Float { filterable: false },
+    wgpu::TextureViewDimension::D2,
+);
 
 /// How many times the scene's extent away the backdrop is: what is so far moves less than a
 /// pixel between photographs.
@@ -52,8 +59,7 @@ pub(crate) mod gpu_data {
         pub(crate) rigs: u32,
         pub(crate) backdrop: f32,
         pub(crate) has_before: u32,
-        pub(crate) first: u32,
-        pub(crate) padding: u32,
+        pub(crate) padding: [u32; 2],
     }
 
     /// Mirrors `Before` in choose.wgsl.
@@ -125,7 +131,7 @@ pub(crate) struct Evidence<'a> {
 
 impl InferPass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let [_, pull, top, push, _, cost, window, choose, settle, fill] = sources();
+        let [gather, pull, top, push, _, cost, window, choose, settle, fill] = sources();
         let pass = |(label, wgsl): (&'static str, String), formats: &[wgpu::TextureFormat]| {
             screen_pass(gpu, label, &wgsl, formats)
         };
@@ -134,11 +140,15 @@ impl InferPass {
             screen_pass_with(gpu, window.0, &window.1, &[COST_FORMAT], &constants)
         };
         Self {
-            gather: gather_pass(gpu),
+            gather: pass(gather, &[RAY_FORMAT, KNOWN_FORMAT]),
             pull: pass(pull, &[KNOWN_FORMAT]),
             top: pass(top, &[INVERSE_FORMAT]),
             push: pass(push, &[INVERSE_FORMAT]),
-            sight: SightPass::new(gpu),
+            sight: SightPass::new(
+                gpu,
+                &sight::wgsl(),
+                &[(0, UNIFORM), (6, UNIFORM), (7, CELLS), (8, CELLS)],
+            ),
             cost: pass(cost, &[COST_FORMAT]),
             windows: [along(true), along(false)],
             choose: pass(choose, &[INVERSE_FORMAT]),
@@ -184,8 +194,7 @@ impl InferPass {
             rigs: rigs.min(MAX_RIGS),
             backdrop: (1.0 / (BACKDROP * range_m)) as f32,
             has_before: u32::from(before.is_some()),
-            first: 0,
-            padding: 0,
+            padding: [0; 2],
         };
         let before = before.map(|before| before_data(&before, view, grid)).unwrap_or_default();
         let uniform = |contents: &[u8]| {
@@ -214,10 +223,12 @@ impl InferPass {
             self.push.draw(gpu, encoder, vec![texture(known), texture(&pair[1])], &[&pair[0]]);
         }
         let sights = Sights {
-            frame: &frame,
-            inference: &uniforms.0,
-            rays: &cells.rays,
-            diffused: &cells.whole[0],
+            inputs: vec![
+                (0, frame.as_entire_binding()),
+                (6, inference.clone()),
+                (7, texture(&cells.rays)),
+                (8, texture(&cells.whole[0])),
+            ],
             rigs: &cells.sight_of_rig,
             ranks: &cells.ranks,
         };
@@ -249,12 +260,6 @@ impl InferPass {
         let filled = &targets.records;
         self.fill.draw(gpu, encoder, bindings, &[&filled.positions, &filled.orientations]);
     }
-}
-
-/// What is known of the cells of a grid, from the records of a picture.
-pub(crate) fn gather_pass(gpu: &Gpu) -> ScreenPass {
-    let [(label, wgsl), ..] = sources();
-    screen_pass(gpu, label, &wgsl, &[RAY_FORMAT, KNOWN_FORMAT])
 }
 
 /// The picture before as that from `view` sees it.

@@ -24,32 +24,34 @@ pub(crate) struct SightPass {
     pipelines: Mutex<BTreeMap<u32, wgpu::RenderPipeline>>,
 }
 
-/// What a draw reads, and where it draws.
-#[derive(Clone, Copy, Debug)]
+/// What a draw reads beside the photographs, and where it draws.
+#[derive(Debug)]
 pub(crate) struct Sights<'a> {
-    pub(crate) frame: &'a wgpu::Buffer,
-    pub(crate) inference: &'a wgpu::Buffer,
-    pub(crate) rays: &'a wgpu::TextureView,
-    /// The diffused inverse range, in its first channel.
-    pub(crate) diffused: &'a wgpu::TextureView,
+    /// Of the first group, from binding 0, without the sampler, which is the sixth.
+    pub(crate) inputs: Vec<(u32, wgpu::BindingResource<'a>)>,
     /// What each rig shows, the nearest first.
     pub(crate) rigs: &'a [wgpu::TextureView],
     pub(crate) ranks: &'a wgpu::TextureView,
 }
 
+/// To be put before the shaders that compare photographs.
+pub(crate) const BRIGHTNESS_WGSL: &str = include_str!("brightness.wgsl");
+
 /// The shader.
 pub(super) fn wgsl() -> String {
-    [&shade::colour_wgsl(), super::INFERENCE_WGSL, include_str!("sight.wgsl")].concat()
+    let sight = include_str!("sight.wgsl");
+    [&shade::colour_wgsl(), BRIGHTNESS_WGSL, super::INFERENCE_WGSL, sight].concat()
 }
 
 impl SightPass {
-    pub(crate) fn new(gpu: &Gpu) -> Self {
+    /// `wgsl` has the entry points `whole` and `fs`, and reads `inputs` beside the sampler.
+    pub(crate) fn new(gpu: &Gpu, wgsl: &str, inputs: &[(u32, wgpu::BindingType)]) -> Self {
         Self {
             module: gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("sight"),
-                source: wgpu::ShaderSource::Wgsl(wgsl().into()),
+                source: wgpu::ShaderSource::Wgsl(wgsl.into()),
             }),
-            layouts: layouts(gpu),
+            layouts: layouts(gpu, inputs),
             filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("sight"),
                 mag_filter: wgpu::FilterMode::Linear,
@@ -90,16 +92,10 @@ impl SightPass {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let [frame_layout, photograph_layout, atlas_layout] = &self.layouts;
-        let of_frame = group(
-            frame_layout,
-            &[
-                entry(0, sights.frame.as_entire_binding()),
-                entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
-                entry(6, sights.inference.as_entire_binding()),
-                entry(7, view(sights.rays)),
-                entry(8, view(sights.diffused)),
-            ],
-        );
+        let sampler = (5, wgpu::BindingResource::Sampler(&self.filtering));
+        let inputs = sights.inputs.into_iter().chain([sampler]);
+        let inputs: Vec<_> = inputs.map(|(binding, input)| entry(binding, input)).collect();
+        let of_frame = group(frame_layout, &inputs);
         let of_photograph = group(
             photograph_layout,
             &[entry(
@@ -192,7 +188,22 @@ impl SightPass {
     }
 }
 
-fn layouts(gpu: &Gpu) -> [wgpu::BindGroupLayout; 3] {
+/// A uniform buffer.
+pub(crate) const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
+    ty: wgpu::BufferBindingType::Uniform,
+    has_dynamic_offset: false,
+    min_binding_size: None,
+};
+
+/// A texture that is read texel by texel.
+pub(crate) const fn texture_of(
+    sample_type: wgpu::TextureSampleType,
+    view_dimension: wgpu::TextureViewDimension,
+) -> wgpu::BindingType {
+    wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }
+}
+
+fn layouts(gpu: &Gpu, inputs: &[(u32, wgpu::BindingType)]) -> [wgpu::BindGroupLayout; 3] {
     let layout = |entries: &[wgpu::BindGroupLayoutEntry]| {
         gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("sight"),
@@ -205,26 +216,15 @@ fn layouts(gpu: &Gpu) -> [wgpu::BindGroupLayout; 3] {
         ty,
         count: None,
     };
-    let texture = |filterable, view_dimension| wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable },
-        view_dimension,
-        multisampled: false,
-    };
-    let uniform = |has_dynamic_offset| wgpu::BindingType::Buffer {
+    let sampler = (5, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering));
+    let inputs = inputs.iter().copied().chain([sampler]);
+    let inputs: Vec<_> = inputs.map(|(binding, ty)| entry(binding, ty)).collect();
+    let photograph = wgpu::BindingType::Buffer {
         ty: wgpu::BufferBindingType::Uniform,
-        has_dynamic_offset,
+        has_dynamic_offset: true,
         min_binding_size: None,
     };
-    let cells = texture(false, wgpu::TextureViewDimension::D2);
-    [
-        layout(&[
-            entry(0, uniform(false)),
-            entry(5, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-            entry(6, uniform(false)),
-            entry(7, cells),
-            entry(8, cells),
-        ]),
-        layout(&[entry(0, uniform(true))]),
-        layout(&[entry(0, texture(true, wgpu::TextureViewDimension::D2Array))]),
-    ]
+    let filterable = wgpu::TextureSampleType::Float { filterable: true };
+    let atlas = texture_of(filterable, wgpu::TextureViewDimension::D2Array);
+    [layout(&inputs), layout(&[entry(0, photograph)]), layout(&[entry(0, atlas)])]
 }

@@ -1,5 +1,6 @@
 // What one photograph shows where the hypotheses of all cells would be: those of the backdrop
-// first, then those of the next, one below the other. Needs colour.wgsl and inference.wgsl.
+// first, then those of the next, one below the other. Needs colour.wgsl,
+// brightness.wgsl and inference.wgsl.
 
 struct Sight {
     // Ranks the cameras of a rig.
@@ -27,12 +28,12 @@ fn whole(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 @fragment
 fn fs(@builtin(position) at: vec4<f32>) -> Sight {
     let tall = vec2<u32>(at.xy);
-    let index = inference.first + tall.y / inference.cells.y;
+    let index = tall.y / inference.cells.y;
     let cell = vec2<i32>(vec2(tall.x, tall.y % inference.cells.y));
     var sight: Sight;
     let direction = textureLoad(rays, cell, 0);
     // What is known is not judged, so that nobody need look.
-    if inference.hypotheses > 1u && direction.w > 0.5 {
+    if direction.w > 0.5 {
         return sight;
     }
     let ray = direction.xyz;
@@ -53,9 +54,4 @@ fn fs(@builtin(position) at: vec4<f32>) -> Sight {
     sight.seen = vec2(brightness(texel.rgb) - around, 1.0);
     sight.rank = select(0.0, rank, texel.a >= OPAQUE && dot(ray, ray) > 0.0);
     return sight;
-}
-
-// About as bright as it looks, of linear colour, at the exposure that all share.
-fn brightness(linear: vec3<f32>) -> f32 {
-    return sqrt(max(dot(photograph.gain * linear, vec3(0.2126, 0.7152, 0.0722)), 0.0));
 }

@@ -1,0 +1,37 @@
+// How bright one photograph shows the cells of a level, each by what the pixel at its centre shows.
+// Needs colour.wgsl and alignment.wgsl.
+
+struct Sight {
+    // Ranks the cameras of a rig.
+    @builtin(frag_depth) rank: f32,
+    // Brightness; 1 where the photograph sees the place.
+    @location(0) seen: vec2<f32>,
+}
+
+@group(0) @binding(2) var orientations: texture_2d<u32>;
+@group(0) @binding(6) var<uniform> alignment: Alignment;
+
+@vertex
+fn whole(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    // One triangle over the viewport.
+    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}
+
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> Sight {
+    var sight: Sight;
+    let pixel = min(vec2<i32>(at.xy * alignment.step), vec2<i32>(frame.size) - 1);
+    let orientation = textureLoad(orientations, pixel, 0).xy;
+    let place = unpacked(textureLoad(positions, pixel, 0), orientation);
+    if place.kind == SHOWS_NOTHING {
+        return sight;
+    }
+    let found = projected(place.position);
+    let depth = dot(frame.forward, place.position);
+    let lod = level_of_detail(found.position.z, depth) + log2(alignment.step);
+    let texel = look_up(found.pixel, min(lod, photograph.max_lod));
+    let visible = visible_share(place, turned(place.normal), found) > 0.5;
+    sight.seen = vec2(brightness(texel.rgb), select(0.0, 1.0, visible && texel.a >= OPAQUE));
+    sight.rank = rig_score(found.border, photograph.closeness);
+    return sight;
+}
