@@ -2,6 +2,9 @@
 
 use std::str::FromStr;
 
+use clap::Args;
+use flaneur_streamer::Budget;
+
 /// Memory that a command may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MemoryBudget(u64);
@@ -13,6 +16,34 @@ impl MemoryBudget {
     /// The budget in bytes.
     pub(crate) fn bytes(self) -> u64 {
         self.0
+    }
+}
+
+/// Memory of the graphics device, and what a view may ask for so that it fits: what had to be
+/// refused would have been fetched for nothing.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct GpuMemory {
+    /// Hold at most so much of the graphics device's memory; what is far is given up first
+    #[arg(long, value_name = "SIZE", default_value = "8GiB")]
+    gpu_memory: MemoryBudget,
+}
+
+impl GpuMemory {
+    /// The budget in bytes.
+    pub(crate) fn bytes(self) -> u64 {
+        self.gpu_memory.bytes()
+    }
+
+    /// The limits of `budget`, or what fits into the memory where that is less.
+    pub(crate) fn fitted(self, budget: Budget) -> Budget {
+        // See `Settings::gpu_memory_bytes`. With its levels a pixel takes 16 / 3 bytes; shelves
+        // and blocks are never full.
+        let (for_images, for_points) = (self.bytes() / 16 * 6, self.bytes() / 16 * 3);
+        Budget {
+            image_pixels: budget.image_pixels.min(for_images / 8),
+            points: budget.points.min(for_points / 24),
+            ..budget
+        }
     }
 }
 
@@ -56,6 +87,15 @@ impl FromStr for MemoryBudget {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_view_asks_for_no_more_than_fits() {
+        let memory = |text: &str| GpuMemory { gpu_memory: text.parse().expect("an amount") };
+        assert_eq!(memory("8GiB").fitted(Budget::default()), Budget::default());
+        let fitted = memory("256MiB").fitted(Budget::default());
+        assert!(fitted.points * 16 < (256 << 20) * 3 / 16 && fitted.points > 1_000_000);
+        assert!(fitted.image_pixels * 16 / 3 < (256 << 20) * 6 / 16);
+    }
 
     #[test]
     fn amounts_are_read_with_their_units() {

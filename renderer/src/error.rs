@@ -89,14 +89,6 @@ pub enum RenderError {
         /// The spacing found.
         spacing_m: f32,
     },
-    /// The budget for points is used up.
-    #[error("points need {needed} bytes of {budget}: drop some, or raise the budget")]
-    PointMemory {
-        /// Bytes that all resident chunks and this one need.
-        needed: u64,
-        /// Bytes allowed.
-        budget: u64,
-    },
     /// A photograph contradicts itself.
     #[error("image {id}: {what}")]
     Image {
@@ -105,16 +97,16 @@ pub enum RenderError {
         /// What is wrong with it.
         what: String,
     },
-    /// The budget for photographs is used up.
+    /// The picture does not fit into the device's memory beside the scene.
     #[error(
-        "image {id} needs {needed} bytes of texture in all, of {budget}: drop some, or send coarser levels"
+        "the picture needs {needed} bytes beside the scene's {held}, of {budget}: render a smaller one, or raise the budget of device memory"
     )]
-    ImageMemory {
-        /// The photograph that did not fit.
-        id: ImageId,
-        /// Bytes that the textures would take.
+    ViewMemory {
+        /// Bytes that the picture needs.
         needed: u64,
-        /// Bytes allowed.
+        /// Bytes that the scene holds.
+        held: u64,
+        /// Bytes allowed in all.
         budget: u64,
     },
 }

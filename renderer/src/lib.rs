@@ -45,7 +45,7 @@ pub use forward::memory::TexturingMemory;
 pub use frame::{Frame, FrameStats, Surface};
 pub use frame_budget::FrameBudget;
 pub use gpu::Gpu;
-pub use memory::MemoryReport;
+pub use memory::{Applied, MemoryReport};
 pub use renderer::Renderer;
 pub use settings::{Mode, Settings, SplatNormals, SplatRoute, Texturing};
 pub use stages::PassTime;

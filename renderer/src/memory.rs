@@ -1,4 +1,6 @@
-//! How much of the device's memory a renderer holds.
+//! How much of the device's memory a renderer holds, and may hold.
+
+use flaneur_scene::SceneUpdate;
 
 /// Bytes of buffers and textures that are kept between frames, by what they hold. What a frame
 /// needs for itself alone (lists of what is drawn, uniforms) is not among them: some kilobytes.
@@ -22,6 +24,39 @@ impl MemoryReport {
         let Self { points, mesh, photographs, depth_maps, targets } = *self;
         points + mesh + photographs + depth_maps + targets
     }
+}
+
+/// How much of the memory each kind may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Shares {
+    pub(crate) photographs: u64,
+    pub(crate) points: u64,
+    pub(crate) depth_maps: u64,
+    pub(crate) mesh: u64,
+}
+
+impl Shares {
+    /// Of `total` bytes; pictures have what is left.
+    pub(crate) fn of(total: u64) -> Self {
+        let sixteenth = total / 16;
+        Self {
+            photographs: 6 * sixteenth,
+            points: 3 * sixteenth,
+            depth_maps: 2 * sixteenth,
+            mesh: sixteenth,
+        }
+    }
+}
+
+/// What became of an update.
+#[derive(Clone, Debug, Default)]
+pub struct Applied {
+    /// What is not resident any more to make room, as the updates that would have dropped it.
+    /// Whoever keeps account of what is resident must be told.
+    pub evicted: Vec<SceneUpdate>,
+    /// Whether the update itself found no room: all else is more useful. What it was to replace is
+    /// gone, too, and among the evicted.
+    pub refused: bool,
 }
 
 /// Bytes of a texture with all its layers and levels, without what a driver adds.

@@ -22,7 +22,7 @@ use crate::stages::{PassTime, Stages};
 use crate::surface::{self, SurfacePass};
 use crate::targets::Targets;
 use crate::tiles::TilePass;
-use crate::{Gpu, MemoryReport, Mode, RenderError, Settings, Texturing, depths, lens};
+use crate::{Applied, Gpu, MemoryReport, Mode, RenderError, Settings, Texturing, depths, lens};
 
 /// Most pixels of a picture, and of the G-buffer behind it: a word each fits a storage
 /// binding of 128 MiB.
@@ -47,6 +47,8 @@ pub struct Renderer {
     maps: DepthMaps,
     gains: Gains,
     targets: Option<Targets>,
+    /// Where the next views are expected.
+    eye: DVec3,
     /// The axis of the last frame's view, world.
     last_forward: DVec3,
 }
@@ -74,9 +76,15 @@ impl Renderer {
             mesh: MeshStore::default(),
             points: PointStore::new(settings.splat_normals),
             photographs: PhotographStore::new(gpu),
-            maps: DepthMaps::new(gpu, settings.depth_map_side, settings.refine_by_points),
+            maps: DepthMaps::new(
+                gpu,
+                settings.depth_map_side,
+                settings.refine_by_points,
+                settings.shares().depth_maps,
+            ),
             gains: Gains::new(gpu),
             targets: None,
+            eye: DVec3::ZERO,
             last_forward: DVec3::Z,
         }
     }
@@ -106,7 +114,7 @@ impl Renderer {
         let Settings { depth_map_side: side, refine_by_points: refined, .. } = settings;
         if (side, refined) != (before.depth_map_side, before.refine_by_points) {
             self.photographs.set_map_side(side);
-            self.maps = DepthMaps::new(&self.gpu, side, refined);
+            self.maps = DepthMaps::new(&self.gpu, side, refined, settings.shares().depth_maps);
             self.gains.forget();
         }
         if (settings.splat_route, settings.quads_from_px)
@@ -131,23 +139,39 @@ impl Renderer {
     /// [`FrameStats::triangles_refused`] and [`FrameStats::points_refused`].
     ///
     /// # Errors
-    /// Where the update contradicts itself or exceeds a budget; what is resident then stays
-    /// as it was.
-    pub fn apply(&mut self, update: SceneUpdate) -> Result<(), RenderError> {
+    /// Where the update contradicts itself, or exceeds what the device takes in one piece; what is
+    /// resident then stays as it was.
+    pub fn apply(&mut self, update: SceneUpdate) -> Result<Applied, RenderError> {
+        let mut applied = Applied::default();
+        let (shares, eye) = (self.settings.shares(), self.eye);
         match update {
             SceneUpdate::Mesh(tile) => {
-                let changed = self.mesh.insert(&self.gpu, &tile)?;
+                let mut evicted = Vec::new();
+                let changed = self.mesh.insert(&self.gpu, &tile, shares.mesh, eye, &mut evicted)?;
                 self.maps.mesh_changed(&self.photographs, &changed);
+                for (key, bounds) in evicted {
+                    self.maps.mesh_changed(&self.photographs, &bounds);
+                    applied.refused |= key == tile.key;
+                    applied.evicted.push(SceneUpdate::DropMesh(key));
+                }
             }
             SceneUpdate::DropMesh(key) => {
                 let changed = self.mesh.remove(key);
                 self.maps.mesh_changed(&self.photographs, &changed);
             }
             SceneUpdate::Points(chunk) => {
-                let change = self.points.insert(&self.gpu, &self.settings, &chunk)?;
+                let change = self.points.insert(&self.gpu, &self.settings, &chunk, eye)?;
                 self.points_removed(&change.removed);
-                let margin_m = f64::from(self.settings.max_splat_radius_m);
                 let id = chunk.id;
+                for (id, bounds) in change.evicted {
+                    self.points_removed(&bounds);
+                    applied.evicted.push(SceneUpdate::DropPoints(id));
+                }
+                if change.refused {
+                    applied.refused = true;
+                    applied.evicted.push(SceneUpdate::DropPoints(id));
+                }
+                let margin_m = f64::from(self.settings.max_splat_radius_m);
                 self.maps.points_added(&self.photographs, id, &change.added, margin_m);
             }
             SceneUpdate::DropPoints(id) => {
@@ -155,8 +179,15 @@ impl Renderer {
                 self.points_removed(&removed);
             }
             SceneUpdate::Image(image) => {
-                if self.photographs.insert(&self.gpu, &self.settings, &image)? {
+                let mut evicted = Vec::new();
+                let (gpu, settings) = (&self.gpu, &self.settings);
+                if self.photographs.insert(gpu, settings, &image, eye, &mut evicted)? {
                     self.maps.forget(&image.id);
+                }
+                for id in evicted {
+                    self.maps.forget(&id);
+                    applied.refused |= id == image.id;
+                    applied.evicted.push(SceneUpdate::DropImage(id));
                 }
             }
             SceneUpdate::DropImage(id) => {
@@ -164,7 +195,17 @@ impl Renderer {
                 self.maps.forget(&id);
             }
         }
-        Ok(())
+        // What pictures are drawn into is made anew for the next, where the scene left room.
+        if self.memory().total() > self.settings.gpu_memory_bytes {
+            self.targets = None;
+        }
+        Ok(applied)
+    }
+
+    /// Says where the next views will be, world, metres: what is far from there is given up first
+    /// where memory is short. Until it is said, the eye of the last frame counts.
+    pub fn expect_eye(&mut self, eye: DVec3) {
+        self.eye = eye;
     }
 
     /// What it holds of the device's memory.
@@ -221,6 +262,7 @@ impl Renderer {
         let pinhole = self.check(view)?;
         let size = view.size();
         let eye = view.eye();
+        self.eye = eye;
         let camera = Camera::of_view(view, &pinhole);
         let frustum = Frustum::of_view(view, &pinhole);
         let (gpu, settings) = (&self.gpu, &self.settings);
@@ -229,6 +271,11 @@ impl Renderer {
             targets.gbuffer_size == pinhole.size && targets.picture_size == size
         }) {
             self.targets = None;
+        }
+        let needed = Targets::bytes_for(pinhole.size, size);
+        let (held, budget) = (self.memory().total(), settings.gpu_memory_bytes);
+        if self.targets.is_none() && held + needed > budget {
+            return Err(RenderError::ViewMemory { needed, held, budget });
         }
         let route = self.splat_pass.route(gpu, pixels(pinhole.size));
         let targets =

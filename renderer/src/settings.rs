@@ -1,5 +1,11 @@
 //! What a renderer may be told to do differently.
 
+use crate::depth_map::DepthMaps;
+use crate::memory::Shares;
+
+/// Fewer depth maps than this are not enough for a view.
+const FEW_MAPS: usize = 16;
+
 /// Choices that trade quality, speed and memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -33,10 +39,12 @@ pub struct Settings {
     /// Splats of more pixels than this are drawn as quads instead of by compute; none: as
     /// suits the device. The picture is the same.
     pub quads_from_px: Option<u32>,
-    /// Bytes of texture for photographs.
-    pub image_memory_bytes: u64,
-    /// Bytes of buffers for points.
-    pub point_memory_bytes: u64,
+    /// Bytes of the device's memory that are held at most, see [`MemoryReport`](crate::MemoryReport).
+    /// Three eighths are for photographs, three sixteenths for points, an eighth for depth maps, a
+    /// sixteenth for meshes, and the rest, with what those leave, for pictures. Where an update does
+    /// not fit, what is less useful is evicted; while textures of photographs grow, both the old
+    /// and the new one exist for a moment.
+    pub gpu_memory_bytes: u64,
     /// Whether the two nearest photographs are made to agree, by a few pixels, before they are
     /// blended.
     pub align: bool,
@@ -122,7 +130,13 @@ impl Settings {
     /// The nearest settings that can be used.
     pub(crate) fn in_range(self) -> Self {
         // Rows that can be copied.
-        let depth_map_side = self.depth_map_side.clamp(64, 2048).next_multiple_of(64);
+        let mut depth_map_side = self.depth_map_side.clamp(64, 2048).next_multiple_of(64);
+        // Coarse maps of all photographs rather than fine ones of a few.
+        while depth_map_side > 64
+            && DepthMaps::most_maps(depth_map_side, self.shares().depth_maps) < FEW_MAPS
+        {
+            depth_map_side = (depth_map_side / 2).next_multiple_of(64);
+        }
         let inferred_hypotheses = self.inferred_hypotheses.min(64);
         // Written so that NaN is 1.
         let resolution = if self.resolution < 1.0 { self.resolution.max(0.1) } else { 1.0 };
@@ -163,9 +177,15 @@ impl Settings {
         decided == *other
     }
 
-    /// Whether resident points have the radii and normals that `other` asks for.
+    /// How the memory is divided.
+    pub(crate) fn shares(&self) -> Shares {
+        Shares::of(self.gpu_memory_bytes)
+    }
+
+    /// Whether what is resident has the radii, the normals and the room that `other` asks for.
     pub(crate) fn keep_points(&self, other: &Self) -> bool {
-        let of_points = |s: &Self| (s.splat_scale, s.max_splat_radius_m, s.splat_normals);
+        let of_points =
+            |s: &Self| (s.splat_scale, s.max_splat_radius_m, s.splat_normals, s.gpu_memory_bytes);
         of_points(self) == of_points(other)
     }
 }
@@ -252,8 +272,7 @@ impl Default for Settings {
             splat_normals: SplatNormals::Eye,
             splat_route: SplatRoute::Auto,
             quads_from_px: None,
-            image_memory_bytes: 3 << 30,
-            point_memory_bytes: 1 << 30,
+            gpu_memory_bytes: 8 << 30,
             align: true,
             infer: true,
             inferred_hypotheses: 7,

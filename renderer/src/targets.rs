@@ -5,6 +5,11 @@ use glam::UVec2;
 use crate::splat::{self, Nearest, Route};
 use crate::{Gpu, RenderError, memory, mesh, shade, surface};
 
+/// Bytes of a pixel of all targets of the G-buffer's size, rounded up …
+const GBUFFER_BYTES: u64 = 64;
+/// … and of the picture's.
+const PICTURE_BYTES: u64 = 88;
+
 /// Everything that a view writes to, kept between frames of the same size. The first are of
 /// the G-buffer's size, those from `records` on of the picture's.
 #[derive(Debug)]
@@ -85,6 +90,14 @@ impl Targets {
                 mapped_at_creation: false,
             }),
         }
+    }
+
+    /// Bytes that [`Targets::bytes`] is at most for a G-buffer and a picture of these sizes.
+    pub(crate) fn bytes_for(gbuffer_size: UVec2, picture_size: UVec2) -> u64 {
+        let pixels = |size: UVec2| u64::from(size.x) * u64::from(size.y);
+        // Rows of the picture are padded where it is copied out.
+        let padding = u64::from(picture_size.y) * u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        GBUFFER_BYTES * pixels(gbuffer_size) + PICTURE_BYTES * pixels(picture_size) + padding + 512
     }
 
     /// Bytes on the device.

@@ -226,20 +226,3 @@ fn bad_updates_are_refused_and_change_nothing() {
     view.camera.centre.z = f64::INFINITY;
     assert!(matches!(renderer.render(&view), Err(RenderError::ViewCamera { .. })));
 }
-
-#[test]
-fn budgets_are_kept() {
-    let street = Street::with_pole(DVec3::ZERO);
-    let settings =
-        Settings { point_memory_bytes: 8192, image_memory_bytes: 6_000_000, ..Settings::default() };
-    let mut renderer = renderer(settings, Vec::new());
-    let error = renderer.apply(points_update(street.points(&[1], 0.01))).expect_err("too many");
-    assert!(matches!(error, RenderError::PointMemory { budget: 8192, .. }), "{error}");
-    let camera = camera(street.origin, [-1.0, -2.0, 2.0], 90.0, 5.0, 70.0, UVec2::new(900, 800));
-    let first = street.photograph("a/x", camera);
-    let mut second = first.clone();
-    second.id = "b/x".parse().expect("a name");
-    renderer.apply(image_update(first)).expect("room for one");
-    let error = renderer.apply(image_update(second)).expect_err("no room for two");
-    assert!(matches!(error, RenderError::ImageMemory { budget: 6_000_000, .. }), "{error}");
-}

@@ -4,7 +4,7 @@ use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
-use flaneur_scene::{ImageId, ImageUpdate, Panorama, SceneInfo};
+use flaneur_scene::{ImageId, ImageUpdate, Panorama, SceneInfo, SceneUpdate};
 use futures::Stream;
 use tokio::sync::mpsc;
 use tokio_util::sync::{CancellationToken, DropGuard};
@@ -99,6 +99,14 @@ pub struct Events<'a> {
     receiver: mpsc::Receiver<Result<Event, StreamError>>,
     resident: &'a mut Resident,
     _cancel_on_drop: DropGuard,
+}
+
+impl Events<'_> {
+    /// Takes note of what the receiver did by itself: dropped to make room, say. What it does not
+    /// hold any more is sent again once a view wants it.
+    pub fn note(&mut self, update: &SceneUpdate) {
+        self.resident.note(update);
+    }
 }
 
 impl Stream for Events<'_> {

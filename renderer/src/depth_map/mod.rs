@@ -73,11 +73,21 @@ pub(crate) struct Sources<'a> {
 }
 
 impl DepthMaps {
-    pub(crate) fn new(gpu: &Gpu, side: u32, refined: bool) -> Self {
+    /// Maps of at most `most` bytes together, but at least one.
+    pub(crate) fn new(gpu: &Gpu, side: u32, refined: bool, most: u64) -> Self {
         let limits = gpu.device.limits();
-        let max_maps = MAX_MAPS.min(limits.max_texture_array_layers as usize);
+        let max_maps = MAX_MAPS
+            .min(limits.max_texture_array_layers as usize)
+            .min(Self::most_maps(side, most).max(1));
         let textures = Textures::new(gpu, side, FIRST_MAPS.min(max_maps));
         Self { side, refined, max_maps, slots: HashMap::new(), textures, frame: 0 }
+    }
+
+    /// How many maps fit into so many bytes: two words a texel for the mesh and one for points,
+    /// beside one of each for drawing.
+    pub(crate) fn most_maps(side: u32, bytes: u64) -> usize {
+        let maps = (bytes / layer_bytes(side)).saturating_sub(2) / 3;
+        usize::try_from(maps).unwrap_or(MAX_MAPS)
     }
 
     /// Bytes on the device.

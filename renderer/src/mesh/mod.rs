@@ -61,7 +61,17 @@ struct Tile {
 impl MeshStore {
     /// Adds or replaces a tile; gives the box that changed, empty where nothing did.
     /// Triangles with a corner that is not finite are left out.
-    pub(crate) fn insert(&mut self, gpu: &Gpu, tile: &MeshTile) -> Result<Bounds3, RenderError> {
+    ///
+    /// Where all would take more than `most` bytes, tiles farther from `eye` are given up, with
+    /// their boxes in `evicted`; the tile itself where those are not enough.
+    pub(crate) fn insert(
+        &mut self,
+        gpu: &Gpu,
+        tile: &MeshTile,
+        most: u64,
+        eye: DVec3,
+        evicted: &mut Vec<(TileKey, Bounds3)>,
+    ) -> Result<Bounds3, RenderError> {
         check(gpu, tile)?;
         let (vertices, indices) = (vertices(tile), indices(tile));
         self.refused += (tile.indices.len() - indices.len()) as u64 / 3;
@@ -71,6 +81,17 @@ impl MeshStore {
             bounds.include(tile.origin + p);
         }
         let mut changed = self.remove(tile.key);
+        let needed = (size_of_val(&vertices[..]) + size_of_val(&indices[..])) as u64;
+        while self.bytes() + needed > most {
+            let distance = |tile: &Tile| tile.bounds.distance(eye);
+            let farthest = self.tiles.iter().max_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+            let farthest = farthest.filter(|(_, tile)| distance(tile) > bounds.distance(eye));
+            let Some(key) = farthest.map(|(key, _)| *key) else {
+                evicted.push((tile.key, changed));
+                return Ok(changed);
+            };
+            evicted.push((key, self.remove(key)));
+        }
         if !indices.is_empty() {
             changed = changed.union(&bounds);
             let buffer = |contents: &[u8], usage| {

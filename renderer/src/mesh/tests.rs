@@ -40,7 +40,7 @@ fn planes(tile: &MeshTile, camera: &PosedCamera) -> Vec<[f32; 4]> {
     let gpu = gpu();
     let pinhole = Pinhole::for_view(&camera.lens, 4096, 1 << 20).expect("a pinhole");
     let mut store = MeshStore::default();
-    store.insert(gpu, tile).expect("a good tile");
+    store.insert(gpu, tile, u64::MAX, glam::DVec3::ZERO, &mut Vec::new()).expect("a good tile");
     let list = store.draw_list(gpu, &Frustum::new(camera, &pinhole), camera.centre);
     let targets = Targets::new(gpu, SIZE, SIZE, crate::splat::Route::Atomic32);
     let extent = wgpu::Extent3d { width: SIZE.x, height: SIZE.y, depth_or_array_layers: 1 };

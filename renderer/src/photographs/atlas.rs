@@ -47,8 +47,8 @@ pub(crate) struct Place {
 pub(crate) enum NoPlace {
     /// The photograph is larger than the largest layer of the device.
     TooLarge { side: u32 },
-    /// The textures would need this many bytes.
-    Memory { needed: u64 },
+    /// The textures would exceed their budget.
+    Memory,
     /// The device has no more layers or no more memory.
     Device,
 }
@@ -102,6 +102,11 @@ impl Atlas {
             })
             .into();
         Self { arrays, halve }
+    }
+
+    /// Bytes of all layers, rounded up.
+    fn held(&self) -> u64 {
+        self.arrays.iter().map(|array| bytes(array.side, array.layers.len())).sum()
     }
 
     /// Bytes of all arrays.
@@ -169,7 +174,11 @@ impl Atlas {
         if let Some(place) = self.arrays[class].take(class, size) {
             return Ok(place);
         }
-        let held: u64 = self.arrays.iter().map(|a| bytes(a.side, a.layers.len())).sum();
+        let smallest = |atlas: &Self| atlas.held() + bytes(SIDES[class], 1);
+        if smallest(self) > budget {
+            self.trim(gpu);
+        }
+        let held = self.held();
         let array = &mut self.arrays[class];
         // Half as much again, so that growing costs a bounded share of filling; a single
         // layer where the budget has no room for more.
@@ -178,13 +187,28 @@ impl Atlas {
         let fits = |to: usize| held - bytes(array.side, layers) + bytes(array.side, to) <= budget;
         let to = if fits(generous) { generous } else { layers + 1 };
         if !fits(to) {
-            return Err(NoPlace::Memory { needed: held + bytes(array.side, 1) });
+            return Err(NoPlace::Memory);
         }
         let to = to.min(limits.max_texture_array_layers as usize);
         if to == layers || !array.grow(gpu, to) {
             return Err(NoPlace::Device);
         }
         array.take(class, size).ok_or(NoPlace::Device)
+    }
+
+    /// Gives layers at the end of arrays back to the device where no photograph lies in them.
+    fn trim(&mut self, gpu: &Gpu) {
+        for array in &mut self.arrays {
+            let used = array.layers.iter().rposition(|layer| !layer.is_empty());
+            let used = used.map_or(0, |last| last + 1);
+            if used == 0 && !array.layers.is_empty() {
+                array.texture = texture(gpu, 1 << MAX_LOD, 1);
+                array.layers.clear();
+            } else if used < array.layers.len() {
+                array.layers.truncate(used);
+                array.grow(gpu, used);
+            }
+        }
     }
 
     fn make_levels(&self, gpu: &Gpu, place: &Place) {

@@ -51,11 +51,16 @@ impl PhotographStore {
     }
 
     /// Adds a photograph or replaces its pixels; gives whether its geometry changed.
+    ///
+    /// Where there is no room, photographs farther from `eye` are given up, and named in
+    /// `evicted`; the photograph itself where those are not enough.
     pub(crate) fn insert(
         &mut self,
         gpu: &Gpu,
         settings: &Settings,
         update: &ImageUpdate,
+        eye: DVec3,
+        evicted: &mut Vec<ImageId>,
     ) -> Result<bool, RenderError> {
         let error = |what: String| RenderError::Image { id: update.id.clone(), what };
         check(update).map_err(error)?;
@@ -63,10 +68,27 @@ impl PhotographStore {
         let map = Pinhole::for_depth_map(&update.camera.lens, side).ok_or_else(|| {
             error("its lens sees nothing: check focal length and distortion".into())
         })?;
-        let place = self
-            .atlas
-            .insert(gpu, update.size, &update.rgba, settings.image_memory_bytes)
-            .map_err(|reason| no_place(update, settings, reason))?;
+        let budget = settings.shares().photographs;
+        let distance_m = update.camera.centre.distance(eye);
+        let place = loop {
+            match self.atlas.insert(gpu, update.size, &update.rgba, budget) {
+                Ok(place) => break Some(place),
+                Err(NoPlace::Memory) => match self.farthest(eye) {
+                    // What it replaces goes first, then what is farther away.
+                    _ if self.photographs.contains_key(&update.id) => self.remove(&update.id),
+                    Some((id, farthest_m)) if farthest_m > distance_m => {
+                        self.remove(&id);
+                        evicted.push(id);
+                    }
+                    _ => break None,
+                },
+                Err(reason) => return Err(no_place(update, reason)),
+            }
+        };
+        let Some(place) = place else {
+            evicted.push(update.id.clone());
+            return Ok(true);
+        };
         let lens = LensData::new(&update.camera.lens.scaled_to(update.size));
         let frustum = Frustum::new(&update.camera, &map);
         self.revision += 1;
@@ -91,6 +113,13 @@ impl PhotographStore {
                 photograph.map = map;
             }
         }
+    }
+
+    /// The photograph farthest from `eye`, with its distance in metres.
+    fn farthest(&self, eye: DVec3) -> Option<(ImageId, f64)> {
+        let distances = self.photographs.iter().map(|(id, p)| (id, p.camera.centre.distance(eye)));
+        let farthest = distances.max_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));
+        farthest.map(|(id, distance_m)| (id.clone(), distance_m))
     }
 
     pub(crate) fn remove(&mut self, id: &ImageId) {
@@ -190,11 +219,13 @@ fn check(update: &ImageUpdate) -> Result<(), String> {
     Ok(())
 }
 
-fn no_place(update: &ImageUpdate, settings: &Settings, reason: NoPlace) -> RenderError {
+fn no_place(update: &ImageUpdate, reason: NoPlace) -> RenderError {
     let id = update.id.clone();
     match reason {
-        NoPlace::Memory { needed } => {
-            RenderError::ImageMemory { id, needed, budget: settings.image_memory_bytes }
+        NoPlace::Device | NoPlace::Memory => {
+            let what =
+                "the device has no texture memory left: drop photographs, or send coarser levels";
+            RenderError::Image { id, what: what.to_owned() }
         }
         NoPlace::TooLarge { side } => {
             let what = format!(
@@ -202,11 +233,6 @@ fn no_place(update: &ImageUpdate, settings: &Settings, reason: NoPlace) -> Rende
                 update.size.x, update.size.y
             );
             RenderError::Image { id, what }
-        }
-        NoPlace::Device => {
-            let what =
-                "the device has no texture memory left: drop photographs, or send coarser levels";
-            RenderError::Image { id, what: what.to_owned() }
         }
     }
 }

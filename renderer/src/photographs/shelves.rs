@@ -55,6 +55,11 @@ impl Shelves {
         }
     }
 
+    /// Whether nothing is taken.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.shelves.iter().all(|shelf| shelf.free == [(0, self.side)])
+    }
+
     fn open(&mut self, size: UVec2) -> Option<usize> {
         if size.x > self.side || size.y > self.side - self.used {
             return None;

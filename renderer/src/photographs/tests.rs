@@ -16,7 +16,7 @@ fn a_budget_is_kept_and_given_back() {
     let second = atlas.insert(gpu(), size, &rgba, budget).expect("room for two");
     assert_ne!((first.layer, first.corner), (second.layer, second.corner));
     let full = atlas.insert(gpu(), size, &rgba, budget);
-    assert!(matches!(full, Err(NoPlace::Memory { needed }) if needed > budget), "{full:?}");
+    assert!(matches!(full, Err(NoPlace::Memory)), "{full:?}");
     atlas.remove(&first);
     assert_eq!(atlas.insert(gpu(), size, &rgba, budget).expect("room again"), first);
 }

@@ -16,6 +16,7 @@ use crate::settings::SplatNormals;
 use crate::{Gpu, RenderError, Settings};
 
 mod draw_list;
+mod evict;
 mod kin;
 mod pages;
 mod record;
@@ -62,6 +63,19 @@ struct Chunk {
 pub(crate) struct Change {
     pub(crate) removed: Bounds3,
     pub(crate) added: Bounds3,
+    /// Chunks that made room, with their boxes.
+    pub(crate) evicted: Vec<(PointNodeId, Bounds3)>,
+    /// Whether there was no room for the chunk.
+    pub(crate) refused: bool,
+}
+
+impl Change {
+    const NONE: Self = Self {
+        removed: Bounds3::EMPTY,
+        added: Bounds3::EMPTY,
+        evicted: Vec::new(),
+        refused: false,
+    };
 }
 
 impl PointStore {
@@ -83,6 +97,7 @@ impl PointStore {
         gpu: &Gpu,
         settings: &Settings,
         chunk: &PointChunk,
+        eye: DVec3,
     ) -> Result<Change, RenderError> {
         check(chunk)?;
         let id = chunk.id;
@@ -91,21 +106,25 @@ impl PointStore {
         let Drawable { records, normals, boxes } = drawable(chunk, code, self.pages.with_normals());
         let blocks = boxes.len() as u64;
         let replaced = self.chunks.get(&id).map_or(0, |chunk| chunk.boxes.len() as u64);
-        let needed = (self.blocks - replaced + blocks) * self.pages.block_bytes();
-        if needed > settings.point_memory_bytes {
-            let budget = settings.point_memory_bytes;
-            return Err(RenderError::PointMemory { needed, budget });
+        let most = settings.shares().points / self.pages.block_bytes();
+        let lacking = (self.blocks - replaced + blocks).saturating_sub(most);
+        let bounds = boxes.iter().fold(Bounds3::EMPTY, |all, block| all.union(block));
+        let Some(less_useful) = self.less_useful(id, chunk.spacing_m, &bounds, eye, lacking) else {
+            return Ok(Change { removed: self.remove(id), refused: true, ..Change::NONE });
+        };
+        let mut evicted = Vec::new();
+        for id in less_useful {
+            evicted.push((id, self.remove(id)));
         }
         let removed = self.remove(id);
         self.refused += (chunk.positions.len() - records.len()) as u64;
         if records.is_empty() {
-            return Ok(Change { removed, added: Bounds3::EMPTY });
+            return Ok(Change { removed, evicted, ..Change::NONE });
         }
         self.blocks += blocks;
         self.points += records.len() as u64;
         // A page holds 2²¹ points, so blocks that fit the budget fit a u32.
-        let parts = self.pages.take(gpu, blocks as u32);
-        let bounds = boxes.iter().fold(Bounds3::EMPTY, |all, block| all.union(block));
+        let parts = self.pages.take(gpu, blocks as u32, most);
         let (origin, spacing_m) = (chunk.origin, chunk.spacing_m);
         let chunk = Chunk { origin, bounds, spacing_m, radius_m, records, boxes, normals, parts };
         self.chunks.insert(id, chunk);
@@ -115,7 +134,7 @@ impl PointStore {
         for above in ancestors(id) {
             self.refine(above, &bounds);
         }
-        Ok(Change { removed, added: bounds })
+        Ok(Change { removed, added: bounds, evicted, refused: false })
     }
 
     /// Removes a chunk; gives its box, empty where there was none.

@@ -27,6 +27,7 @@ pub(crate) struct Pages {
 
 #[derive(Debug)]
 struct Page {
+    blocks: u32,
     records: wgpu::Buffer,
     /// A word a point.
     normals: Option<wgpu::Buffer>,
@@ -66,12 +67,18 @@ impl Pages {
     }
 
     /// Takes blocks from the pages' free ranges, lowest first, and adds pages as needed.
-    pub(crate) fn take(&mut self, gpu: &Gpu, mut blocks: u32) -> Vec<Part> {
+    /// No more than `most` blocks exist in all.
+    pub(crate) fn take(&mut self, gpu: &Gpu, mut blocks: u32, most: u64) -> Vec<Part> {
         let mut parts = Vec::new();
         let mut page = 0;
         while blocks > 0 {
             if page == self.pages.len() {
-                self.pages.push(Page::new(gpu, self.with_normals));
+                let held: u64 = self.pages.iter().map(|page| u64::from(page.blocks)).sum();
+                let room = u32::try_from(most.saturating_sub(held)).unwrap_or(PAGE_BLOCKS);
+                if room == 0 {
+                    return parts;
+                }
+                self.pages.push(Page::new(gpu, self.with_normals, room.min(PAGE_BLOCKS)));
             }
             let free = &mut self.pages[page].free;
             while blocks > 0
@@ -128,19 +135,20 @@ fn write<'a, T: bytemuck::Pod>(
 }
 
 impl Page {
-    fn new(gpu: &Gpu, with_normals: bool) -> Self {
+    fn new(gpu: &Gpu, with_normals: bool, blocks: u32) -> Self {
         let buffer = |label, bytes_a_point: u64| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
-                size: u64::from(PAGE_BLOCKS) * BLOCK_POINTS as u64 * bytes_a_point,
+                size: u64::from(blocks) * BLOCK_POINTS as u64 * bytes_a_point,
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
         };
         Self {
+            blocks,
             records: buffer("points", size_of::<Record>() as u64),
             normals: with_normals.then(|| buffer("normals of points", NORMAL_BYTES)),
-            free: std::iter::once(0..PAGE_BLOCKS).collect(),
+            free: std::iter::once(0..blocks).collect(),
         }
     }
 }

@@ -82,7 +82,7 @@ fn drawn_in(
     };
     let pinhole = Pinhole::for_view(&camera.lens, 4096, 1 << 20).expect("a pinhole");
     let mut store = PointStore::new(normals);
-    store.insert(gpu, &settings, chunk).expect("good points");
+    store.insert(gpu, &settings, chunk, glam::DVec3::ZERO).expect("good points");
     store.upload(gpu);
     let list = store.view_list(&Frustum::of_view(view, &pinhole), camera.centre, u64::MAX);
     let pass = SplatPass::new(gpu, &settings);

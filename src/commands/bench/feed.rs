@@ -8,6 +8,7 @@ use futures::StreamExt;
 use super::Context;
 use crate::evaluation::speed::Feed;
 use crate::exit::Exit;
+use crate::memory::GpuMemory;
 use crate::source::{Source, stream_exit};
 
 /// A renderer and what feeds it.
@@ -15,6 +16,7 @@ pub(super) struct Fed {
     feed: Feed,
     streamer: Streamer,
     renderer: Renderer,
+    gpu_memory: GpuMemory,
 }
 
 impl Fed {
@@ -24,9 +26,11 @@ impl Fed {
         source: &Source,
         gpu: &Gpu,
         settings: Settings,
+        gpu_memory: GpuMemory,
     ) -> Result<Self, Exit> {
         let streamer = source.streamer().await?;
-        Ok(Self { feed, streamer, renderer: Renderer::with_settings(gpu, settings) })
+        let renderer = Renderer::with_settings(gpu, settings);
+        Ok(Self { feed, streamer, renderer, gpu_memory })
     }
 
     /// Brings what `view` wants for `rigs` rigs.
@@ -36,7 +40,9 @@ impl Fed {
         rigs: usize,
         context: &Context,
     ) -> Result<(), Exit> {
-        let mut budget = Budget { panoramas: rigs, ..Budget::default() };
+        let budget = Budget { panoramas: rigs, ..Budget::default() };
+        let mut budget = self.gpu_memory.fitted(budget);
+        self.renderer.expect_eye(view.eye());
         match self.feed {
             Feed::CoarserImages(parts) => budget.image_pixels /= u64::from(parts),
             Feed::AndBehind => {
@@ -85,7 +91,8 @@ impl Fed {
         while let Some(event) = events.next().await {
             let Event::Update(update) = event.map_err(stream_exit)? else { continue };
             if drops || !is_drop(&update) {
-                tokio::task::block_in_place(|| self.renderer.apply(update))?;
+                let applied = tokio::task::block_in_place(|| self.renderer.apply(update))?;
+                applied.evicted.iter().for_each(|dropped| events.note(dropped));
             }
         }
         Ok(())

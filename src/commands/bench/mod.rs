@@ -13,6 +13,7 @@ use crate::atomic_file;
 use crate::evaluation::speed::{Report, Row};
 use crate::evaluation::speed_page;
 use crate::exit::Exit;
+use crate::memory::GpuMemory;
 use crate::output;
 use crate::viewpoints::{Size, parse_fov};
 use session::Session;
@@ -51,6 +52,8 @@ pub(crate) struct BenchArguments {
     /// Size of the pictures in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x512")]
     size: Size,
+    #[command(flatten)]
+    gpu_memory: GpuMemory,
     /// How often each view is rendered by each variant
     #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeats: u32,

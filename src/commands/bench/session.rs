@@ -60,14 +60,17 @@ impl Session {
             }
         };
         let gpu = gpu.await??;
-        let base = Settings::default();
+        let gpu_memory = arguments.gpu_memory;
+        let base = Settings { gpu_memory_bytes: gpu_memory.bytes(), ..Settings::default() };
         let repeats = arguments.repeats as usize;
         // How many points a view meets is not known before one was rendered.
         let variants = variants(base, 0, gpu.has_64_bit_atomics());
         let mut fed = BTreeMap::new();
         for variant in &variants {
             if let Entry::Vacant(entry) = fed.entry(variant.feed) {
-                entry.insert(Fed::new(variant.feed, &source, &gpu, variant.settings).await?);
+                entry.insert(
+                    Fed::new(variant.feed, &source, &gpu, variant.settings, gpu_memory).await?,
+                );
             }
         }
         Ok(Self {

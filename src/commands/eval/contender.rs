@@ -3,6 +3,7 @@
 use flaneur_renderer::{Gpu, Renderer, Settings, SplatNormals};
 use flaneur_scene::{ImageId, PosedCamera, SceneUpdate, View};
 use flaneur_streamer::Streamer;
+use glam::DVec3;
 
 use super::target::stored;
 use crate::evaluation::{Compared, Making, Method};
@@ -63,14 +64,21 @@ impl Contenders {
         self.renderers.iter().any(|of| of.settings.splat_normals == SplatNormals::Estimated)
     }
 
-    /// Passes an update on to every renderer that takes it. Payloads are shared.
-    pub(super) fn apply(&mut self, update: &SceneUpdate) -> Result<(), Exit> {
+    /// Says where the next view is.
+    pub(super) fn expect_eye(&mut self, eye: DVec3) {
+        self.renderers.iter_mut().for_each(|shared| shared.renderer.expect_eye(eye));
+    }
+
+    /// Passes an update on to every renderer that takes it, and gives what any of them dropped to
+    /// make room. Payloads are shared.
+    pub(super) fn apply(&mut self, update: &SceneUpdate) -> Result<Vec<SceneUpdate>, Exit> {
+        let mut evicted = Vec::new();
         for shared in &mut self.renderers {
             if shared.making.takes(update) {
-                shared.renderer.apply(update.clone())?;
+                evicted.extend(shared.renderer.apply(update.clone())?.evicted);
             }
         }
-        Ok(())
+        Ok(evicted)
     }
 
     /// The name of the method `index`, and the picture that `camera` would take by it, of the

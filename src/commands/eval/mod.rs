@@ -17,6 +17,7 @@ use super::Context;
 use crate::atomic_file;
 use crate::evaluation::{Choice, Described, Gallery, METHODS, Method, Report, Split, page};
 use crate::exit::Exit;
+use crate::memory::GpuMemory;
 use crate::names::{Names, Pattern};
 use crate::output;
 use session::Session;
@@ -68,6 +69,8 @@ pub(crate) struct EvalArguments {
     /// Methods to compare, separated by commas [default: all]
     #[arg(long, value_name = "METHOD", value_delimiter = ',', value_parser = method_parser())]
     methods: Vec<&'static Method>,
+    #[command(flatten)]
+    gpu_memory: GpuMemory,
     /// Every score and their means, as JSON
     #[arg(long, value_name = "FILE.json")]
     report: PathBuf,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use flaneur_renderer::{Gpu, Settings};
 use flaneur_scene::{ImageId, View};
 use flaneur_services::ingest::{Progress, Unit};
-use flaneur_streamer::{Event, Streamer, ViewRequest};
+use flaneur_streamer::{Budget, Event, Streamer, ViewRequest};
 use futures::StreamExt;
 
 use super::contender::Contenders;
@@ -14,6 +14,7 @@ use super::target::Target;
 use super::{Context, EvalArguments, chosen};
 use crate::evaluation::{Described, Gallery, Method, Report, Row, Score, nearest_source};
 use crate::exit::Exit;
+use crate::memory::GpuMemory;
 use crate::names::{Names, Pattern};
 use crate::source::{Source, stream_exit};
 
@@ -24,6 +25,7 @@ pub(super) struct Session {
     sources: Arc<BTreeSet<ImageId>>,
     targets: Vec<Target>,
     contenders: Contenders,
+    gpu_memory: GpuMemory,
     adapter: Option<String>,
     described: Described,
 }
@@ -43,7 +45,8 @@ impl Session {
             Some(gpu) => Some(gpu.await??),
             None => None,
         };
-        let settings = Settings::default();
+        let gpu_memory_bytes = arguments.gpu_memory.bytes();
+        let settings = Settings { gpu_memory_bytes, ..Settings::default() };
         let described = Described {
             held_out: arguments.described(),
             only: arguments.only.iter().map(Pattern::to_string).collect(),
@@ -53,6 +56,7 @@ impl Session {
             renderer: format!("{settings:?}"),
         };
         Ok(Self {
+            gpu_memory: arguments.gpu_memory,
             contenders: Contenders::new(methods, gpu.as_ref(), settings),
             adapter: gpu.as_ref().map(|gpu| gpu.adapter_name().to_owned()),
             streamer,
@@ -123,16 +127,19 @@ impl Session {
     /// Brings everything that the target's view wants to every renderer that takes it: one
     /// stream feeds them all.
     async fn fetch(&mut self, target: &Target, context: &Context) -> Result<(), Exit> {
+        self.contenders.expect_eye(target.camera.centre);
         let sources = Arc::clone(&self.sources);
         let request = ViewRequest {
             excluded: Arc::new(move |id| !sources.contains(id)),
             normals: self.contenders.take_normals(),
+            budget: self.gpu_memory.fitted(Budget::default()),
             ..ViewRequest::new(View::from(target.camera))
         };
         let mut events = self.streamer.stream(request, &context.cancel);
         while let Some(event) = events.next().await {
             if let Event::Update(update) = event.map_err(stream_exit)? {
-                tokio::task::block_in_place(|| self.contenders.apply(&update))?;
+                let evicted = tokio::task::block_in_place(|| self.contenders.apply(&update))?;
+                evicted.iter().for_each(|dropped| events.note(dropped));
             }
         }
         Ok(())

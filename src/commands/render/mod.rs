@@ -11,12 +11,13 @@ use clap::{ArgGroup, Args};
 use flaneur_renderer::{Frame, FrameBudget, Gpu, Mode, Renderer, Settings, Texturing};
 use flaneur_scene::View;
 use flaneur_services::ingest::{Progress, Unit};
-use flaneur_streamer::{Event, Streamer, ViewRequest};
+use flaneur_streamer::{Budget, Event, Streamer, ViewRequest};
 use futures::StreamExt;
 
 use super::Context;
 use crate::atomic_file;
 use crate::exit::Exit;
+use crate::memory::GpuMemory;
 use crate::names::{Names, Pattern};
 use crate::source::{Source, stream_exit};
 use crate::viewpoints::{Height, Size, Viewpoint, parse_fov, parse_height, read_path, view_like};
@@ -88,6 +89,8 @@ pub(crate) struct RenderArguments {
     /// then depend on it
     #[arg(long, value_name = "MS", value_parser = parse_budget)]
     budget_ms: Option<Duration>,
+    #[command(flatten)]
+    gpu_memory: GpuMemory,
     /// The picture: .png, .jpg or .webp
     #[arg(short, long = "out", value_name = "FILE")]
     out: PathBuf,
@@ -111,7 +114,11 @@ pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result
         () = context.cancel.cancelled() => return Err(Exit::Interrupted),
         ready = prepare(&arguments, &viewpoints) => ready?,
     };
-    let settings = Settings { texturing: arguments.texturing, ..Settings::default() };
+    let settings = Settings {
+        texturing: arguments.texturing,
+        gpu_memory_bytes: arguments.gpu_memory.bytes(),
+        ..Settings::default()
+    };
     let mut session = Session {
         renderer: Renderer::with_settings(&gpu, settings),
         adapter: gpu.adapter_name().to_owned(),
@@ -127,7 +134,7 @@ pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result
             Some(_) => numbered(&arguments.out, index + 1),
             None => arguments.out.clone(),
         };
-        fetch(&mut streamer, &mut session.renderer, view, &arguments.without, context).await?;
+        fetch(&mut streamer, &mut session.renderer, view, &arguments, context).await?;
         let bytes_received = streamer.client().bytes_received();
         let frame = session.render(view, &file, bytes_received)?;
         let encoded = tokio::task::block_in_place(|| format.encode(&frame))?;
@@ -173,12 +180,14 @@ async fn fetch(
     streamer: &mut Streamer,
     renderer: &mut Renderer,
     view: &View,
-    without: &[Pattern],
+    arguments: &RenderArguments,
     context: &Context,
 ) -> Result<(), Exit> {
-    let without = without.to_vec();
+    renderer.expect_eye(view.eye());
+    let without = arguments.without.clone();
     let request = ViewRequest {
         excluded: Arc::new(move |id| without.iter().any(|pattern| pattern.matches(id))),
+        budget: arguments.gpu_memory.fitted(Budget::default()),
         ..ViewRequest::new(*view)
     };
     let mut events = streamer.stream(request, &context.cancel);
@@ -186,7 +195,10 @@ async fn fetch(
     while let Some(event) = events.next().await {
         match event.map_err(stream_exit)? {
             // Uploading takes the processor for a while; other tasks go elsewhere.
-            Event::Update(update) => tokio::task::block_in_place(|| renderer.apply(update))?,
+            Event::Update(update) => {
+                let applied = tokio::task::block_in_place(|| renderer.apply(update))?;
+                applied.evicted.iter().for_each(|dropped| events.note(dropped));
+            }
             Event::Progress(progress) => {
                 if stage.is_none() && progress.remaining > 0 {
                     remaining = progress.remaining;

@@ -49,6 +49,7 @@ fn most_exact(base: Settings) -> Settings {
         quads_from_px: None,
         texturing: Texturing::Deferred,
         exposure_gains: true,
+        align: true,
         infer: true,
         inferred_hypotheses: MOST_HYPOTHESES,
         ..base
@@ -102,6 +103,7 @@ pub(crate) fn variants(base: Settings, points: u64, has_atomic_64: bool) -> Vec<
     all.push(variant("inferred depths", &"off", Settings { infer: false, ..exact }));
     let without_gains = Settings { exposure_gains: false, ..exact };
     all.push(variant("exposure gains", &"off", without_gains));
+    all.push(variant("alignment", &"off", Settings { align: false, ..exact }));
     for (name, quads_from_px) in [("none", u32::MAX), ("all", 0)] {
         let settings = Settings { quads_from_px: Some(quads_from_px), ..exact };
         all.push(variant("quads", &name, settings));

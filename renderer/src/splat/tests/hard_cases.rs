@@ -79,7 +79,7 @@ fn points_that_are_no_numbers_are_dropped_and_counted() {
     bad.normals[5] = [f32::INFINITY, 0.0, 0.0];
     let settings = Settings { splat_normals: SplatNormals::Estimated, ..Settings::default() };
     let mut store = PointStore::new(settings.splat_normals);
-    store.insert(gpu(), &settings, &bad).expect("the rest is good");
+    store.insert(gpu(), &settings, &bad, glam::DVec3::ZERO).expect("the rest is good");
     assert_eq!((store.point_count(), store.refused), (3, 3));
     let good = chunk(&camera, &[(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO)], 0.1);
     for (normals, way) in BOTH.into_iter().flat_map(|n| ways().into_iter().map(move |r| (n, r))) {
