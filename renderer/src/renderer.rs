@@ -377,7 +377,9 @@ impl Renderer {
             self.infer_pass.draw(gpu, stages.encoder(), evidence, cells, targets);
             stages.ended("infer")?;
         }
-        if settings.align && camera.orthographic == 0 {
+        // Sprites bring their own projections, which know of no displacement.
+        let deferred = settings.texturing == Texturing::Deferred;
+        if settings.align && deferred && camera.orthographic == 0 {
             let align = &mut self.align_pass;
             let shares = align.draw(gpu, stages.encoder(), &camera, evidence, &self.maps, targets);
             if let Some(shares) = shares {

@@ -46,7 +46,7 @@ pub struct Settings {
     /// and the new one exist for a moment.
     pub gpu_memory_bytes: u64,
     /// Whether the two nearest photographs are made to agree, by a few pixels, before they are
-    /// blended.
+    /// blended. Only where texturing is deferred.
     pub align: bool,
     /// Whether pixels without geometry show what the photographs agree is there, marked as
     /// inferred.

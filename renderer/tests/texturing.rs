@@ -130,7 +130,7 @@ fn what_is_no_homography_is_deferred() {
     {
         // A renderer each: depths that are inferred change from frame to frame.
         let [deferred, forward @ ..] = Texturing::ALL.map(|texturing| {
-            let settings = Settings { texturing, ..Settings::default() };
+            let settings = Settings { align: false, texturing, ..Settings::default() };
             renderer(settings, updates.clone()).render(&view).expect("a frame")
         });
         assert!(deferred.stats.coloured_pixels > 1000, "{:?}", deferred.stats);
@@ -162,7 +162,7 @@ fn pixels_of_a_photograph_are_found_within_a_hundredth() {
         ],
     );
     let frames = Texturing::ALL.map(|texturing| {
-        assert!(renderer.set_settings(Settings { texturing, ..Settings::default() }));
+        assert!(renderer.set_settings(Settings { align: false, texturing, ..Settings::default() }));
         renderer.render(&view).expect("a frame")
     });
     let [deferred, forward @ ..] = &frames;
