@@ -83,7 +83,7 @@ fn all_ways_give_the_same_picture() {
     let street = street();
     let view = view(street.origin);
     for splat_normals in [SplatNormals::Eye, SplatNormals::Estimated] {
-        let settings = Settings { splat_normals, ..Settings::default() };
+        let settings = Settings { align: false, splat_normals, ..Settings::default() };
         let mut renderer = renderer(settings, scene(&street));
         for mode in [Mode::Hybrid, Mode::Points, Mode::Sources] {
             let [deferred, forward @ ..] = Texturing::ALL.map(|texturing| {
