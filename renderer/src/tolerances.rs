@@ -106,3 +106,7 @@ pub const JITTER_M: f64 = 1e-5;
 /// A step of alignment against f64, in cells: the determinant of a matrix of two gradients that
 /// are nearly parallel keeps four digits beside the constant of noise.
 pub const ALIGNMENT_CELLS: f64 = 1e-3;
+
+/// Diffused inverse range against f64, relative: nine levels up and down, each a mean and a
+/// division, which WGSL lets be off by 2.5 ulp of 6e-8.
+pub const DIFFUSION_RELATIVE: f64 = 4e-6;

@@ -18,7 +18,11 @@ use crate::targets::Targets;
 use crate::{Gpu, lens, octahedral, shade};
 
 mod grid;
+#[cfg(test)]
+mod reference;
 mod sight;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use grid::Grid;
 use grid::{COST_FORMAT, Cells, INVERSE_FORMAT, MAX_RIGS};
