@@ -110,3 +110,10 @@ pub const ALIGNMENT_CELLS: f64 = 1e-3;
 /// Diffused inverse range against f64, relative: nine levels up and down, each a mean and a
 /// division, which WGSL lets be off by 2.5 ulp of 6e-8.
 pub const DIFFUSION_RELATIVE: f64 = 4e-6;
+
+/// Which hypothesis is chosen against f64, in hypotheses, where none other is as good: costs of
+/// about 0.1 are rounded by 1e-8, and a parabola that bends by 1e-3 makes a few of those 1e-4.
+pub const CHOICE_INDEX: f64 = 1e-4;
+
+/// The inverse range that settles against f64, relative: a quotient and a mix.
+pub const SETTLED_RELATIVE: f64 = 2e-6;

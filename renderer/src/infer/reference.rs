@@ -6,8 +6,21 @@
 //! is 0. Back from the coarsest, whose lack is the backdrop, a level is made whole by what the
 //! coarser one has there: w v + (1 - w) u, where u interpolates the coarser level between the
 //! centres of its cells, and is constant beyond the outermost.
+//!
+//! Hypothesis i of a cell has the inverse range h(i) = b + (d - b) i / n, with b that of the
+//! backdrop, d the diffused one and n its index. It is judged by what the photographs disagree on
+//! it, and by what is expected: cost(i) + P min(2 |1 - i / n|, 1) - K max(1 - m / |h(1) - h(0)|, 0).
+//! The second term is a prior for the diffused depth, which reaches half way to the backdrop. In
+//! the third m is how far the inverse range of the hypothesis, as the picture before this one saw
+//! it, is from what was settled there. The lowest wins, and where it has two neighbours, the lowest
+//! point of the parabola through the three, within half a step. What settles is the hypothesis of
+//! the median of a cell and its eight neighbours, which the border repeats.
 
-use glam::{DVec2, UVec2};
+use flaneur_scene::PosedCamera;
+use glam::{DVec2, DVec3, UVec2};
+
+const PRIOR: f64 = 0.004;
+const KEPT: f64 = 0.004;
 
 /// Values of the cells of a grid, row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +64,63 @@ pub(crate) fn diffused(known: &Field<Known>, backdrop: f64) -> Field<f64> {
         let weight = if alone && weight > 0.0 { 1.0 } else { weight };
         weight * value + (1.0 - weight) * between(&coarser, (cell.as_dvec2() + 0.5) / 2.0)
     })
+}
+
+/// Inverse range, 1/m, of a hypothesis.
+pub(crate) fn hypothesis(index: f64, diffused_index: u32, backdrop: f64, diffused: f64) -> f64 {
+    backdrop + (diffused - backdrop) * index / f64::from(diffused_index)
+}
+
+/// What a hypothesis costs, of which the photographs say `cost` and the picture before `kept`.
+pub(crate) fn judged(cost: f64, index: u32, diffused_index: u32, kept: f64) -> f64 {
+    let far = (1.0 - f64::from(index) / f64::from(diffused_index)).abs();
+    cost + PRIOR * (2.0 * far).min(1.0) - kept
+}
+
+/// Which hypothesis wins, of what each is judged.
+pub(crate) fn chosen(judged: &[f64]) -> f64 {
+    let best = (0..judged.len()).min_by(|&a, &b| judged[a].total_cmp(&judged[b])).unwrap_or(0);
+    if best == 0 || best + 1 == judged.len() {
+        return best as f64;
+    }
+    // y = here + slope x + bend x².
+    let slope = 0.5 * (judged[best + 1] - judged[best - 1]);
+    let bend = 0.5 * (judged[best + 1] + judged[best - 1]) - judged[best];
+    let lowest = if bend > 0.0 { -slope / (2.0 * bend) } else { 0.0 };
+    best as f64 + lowest.clamp(-0.5, 0.5)
+}
+
+/// The picture before, and what settled there.
+#[derive(Clone, Debug)]
+pub(crate) struct Past {
+    pub(crate) camera: PosedCamera,
+    /// Pixels a side of a cell.
+    pub(crate) step: f64,
+    /// Inverse ranges, 1/m.
+    pub(crate) settled: Field<f64>,
+}
+
+impl Past {
+    /// What it says for a place in the world whose cell has hypotheses `spacing` apart, 1/m.
+    pub(crate) fn kept(&self, place: DVec3, spacing: f64) -> f64 {
+        let pixel = self.camera.project(place).map(|(pixel, _)| pixel);
+        let Some(pixel) = pixel.filter(|&pixel| self.camera.lens.contains(pixel)) else {
+            return 0.0;
+        };
+        let settled = self.settled.at((pixel / self.step).as_uvec2());
+        let missed = (settled - 1.0 / self.camera.centre.distance(place)).abs();
+        KEPT * (1.0 - missed / spacing).max(0.0)
+    }
+}
+
+/// The median of a cell and those around it.
+pub(crate) fn median(chosen: &Field<f64>, cell: UVec2) -> f64 {
+    let last = chosen.size - 1;
+    let mut around: Vec<f64> = cells(UVec2::splat(3))
+        .map(|offset| chosen.at((cell + offset).saturating_sub(UVec2::ONE).min(last)))
+        .collect();
+    around.sort_by(f64::total_cmp);
+    around[4]
 }
 
 /// The next coarser level.
