@@ -117,3 +117,12 @@ pub const CHOICE_INDEX: f64 = 1e-4;
 
 /// The inverse range that settles against f64, relative: a quotient and a mix.
 pub const SETTLED_RELATIVE: f64 = 2e-6;
+
+/// How much a pixel that is inferred may change, in 255ths, while the eye moves by a centimetre: a
+/// wall 7 m off moves by a third of a pixel, over which its paint changes by two or three, and two
+/// frames are rounded to bytes.
+pub const INFERRED_STEP_255: f64 = 4.0;
+
+/// Share of the inferred pixels that may exceed it: three cells, of 16 pixels each, of depths
+/// that change their minds. Depths drawn by lot make 4 %.
+pub const INFERRED_JUMPING_SHARE: f64 = 1e-3;

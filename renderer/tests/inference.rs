@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::tolerances::{INFERRED_JUMPING_SHARE, INFERRED_STEP_255};
 use common::*;
 use flaneur_renderer::{Frame, Mode, Settings, Surface};
 use flaneur_scene::{SceneUpdate, View};
@@ -122,4 +123,41 @@ fn nothing_at_all_is_inferred_without_photographs() {
     let frame = renderer(Settings::default(), updates).render(&view(&street)).expect("a frame");
     assert_eq!(frame.stats.inferred_pixels, 0);
     assert!(frame.surfaces.contains(&Surface::Background));
+}
+
+/// The eye walks from between two photographs by steps of a centimetre, where colours depend on
+/// depths the most. Depths that changed their minds would show as pixels that jump.
+#[test]
+fn what_is_inferred_changes_little_by_little() {
+    let street = street();
+    let mut renderer = renderer(Settings::default(), without_wall(&street));
+    let mut before: Option<Frame> = None;
+    for i in 0..12 {
+        let y = 0.5 + 0.01 * f64::from(i);
+        let camera = camera(street.origin, [-0.8, y, 1.8], 88.0, 12.0, 60.0, SIZE);
+        let now = renderer.render(&View::from(camera)).expect("a frame");
+        if let Some(before) = before {
+            let steps = inferred_steps(&now, &before);
+            assert!(steps.len() > 20_000, "{} pixels", steps.len());
+            let jumping = steps.iter().filter(|&&step| step > INFERRED_STEP_255).count();
+            let share = jumping as f64 / steps.len() as f64;
+            assert!(share < INFERRED_JUMPING_SHARE, "{share} of step {i}");
+            // The picture moves all the same.
+            assert!(steps.iter().any(|&step| step > 1.0), "step {i}");
+        }
+        before = Some(now);
+    }
+}
+
+/// By how much, 255ths, the pixels differ that are inferred in both pictures.
+fn inferred_steps(now: &Frame, before: &Frame) -> Vec<f64> {
+    let inferred = |i: &usize| [now, before].iter().all(|f| f.surfaces[*i] == Surface::Inferred);
+    (0..now.surfaces.len())
+        .filter(inferred)
+        .map(|i| {
+            let channels = 4 * i..4 * i + 3;
+            let steps = channels.map(|c| f64::from(now.rgba[c].abs_diff(before.rgba[c])));
+            steps.fold(0.0, f64::max)
+        })
+        .collect()
 }
