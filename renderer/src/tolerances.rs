@@ -126,3 +126,7 @@ pub const INFERRED_STEP_255: f64 = 4.0;
 /// Share of the inferred pixels that may exceed it: three cells, of 16 pixels each, of depths
 /// that change their minds. Depths drawn by lot make 4 %.
 pub const INFERRED_JUMPING_SHARE: f64 = 1e-3;
+
+/// What photographs disagree on, at most 0.12, and its means over a window, against f64: sums of
+/// eleven such values, twice, where the targets hold f32.
+pub const COST: f64 = 1e-6;

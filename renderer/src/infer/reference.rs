@@ -7,6 +7,10 @@
 //! coarser one has there: w v + (1 - w) u, where u interpolates the coarser level between the
 //! centres of its cells, and is constant beyond the outermost.
 //!
+//! A hypothesis costs what the brightness differs by that the nearest two rigs show which see it,
+//! at most a bound; a constant where fewer see it. Costs are averaged over the square of cells that
+//! reaches R to all sides, as far as it lies on the grid.
+//!
 //! Hypothesis i of a cell has the inverse range h(i) = b + (d - b) i / n, with b that of the
 //! backdrop, d the diffused one and n its index. It is judged by what the photographs disagree on
 //! it, and by what is expected: cost(i) + P min(2 |1 - i / n|, 1) - K max(1 - m / |h(1) - h(0)|, 0).
@@ -19,6 +23,9 @@
 use flaneur_scene::PosedCamera;
 use glam::{DVec2, DVec3, UVec2};
 
+const WORST: f64 = 0.12;
+const UNSEEN: f64 = 0.08;
+const REACH: u32 = 5;
 const PRIOR: f64 = 0.004;
 const KEPT: f64 = 0.004;
 
@@ -64,6 +71,23 @@ pub(crate) fn diffused(known: &Field<Known>, backdrop: f64) -> Field<f64> {
         let weight = if alone && weight > 0.0 { 1.0 } else { weight };
         weight * value + (1.0 - weight) * between(&coarser, (cell.as_dvec2() + 0.5) / 2.0)
     })
+}
+
+/// What a hypothesis costs that rigs see as so bright, the nearest first, `None` where one does
+/// not.
+pub(crate) fn disagreement(seen: impl IntoIterator<Item = Option<f64>>) -> f64 {
+    let mut seen = seen.into_iter().flatten();
+    match (seen.next(), seen.next()) {
+        (Some(first), Some(second)) => (first - second).abs().min(WORST),
+        _ => UNSEEN,
+    }
+}
+
+/// The mean of the costs of one hypothesis around a cell.
+pub(crate) fn window(costs: &Field<f64>, cell: UVec2) -> f64 {
+    let near = |other: &UVec2| other.as_ivec2().chebyshev_distance(cell.as_ivec2()) <= REACH;
+    let near: Vec<f64> = cells(costs.size).filter(near).map(|other| costs.at(other)).collect();
+    near.iter().sum::<f64>() / near.len() as f64
 }
 
 /// Inverse range, 1/m, of a hypothesis.

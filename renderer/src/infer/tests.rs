@@ -9,6 +9,7 @@ use super::reference::{Field, Known, Past, chosen, diffused, hypothesis, judged,
 use super::{Grid, before_data, gpu_data};
 use crate::tolerances::{CHOICE_INDEX, DIFFUSION_RELATIVE, LENS_PX, SETTLED_RELATIVE};
 
+mod costs;
 mod device;
 
 /// Of the backdrop, 1/m.

@@ -65,6 +65,23 @@ impl<const N: usize> Channels<N> {
     }
 }
 
+/// Fields of one size as the layers of a texture.
+pub(super) fn layers(fields: &[Field<[f32; 2]>]) -> wgpu::TextureView {
+    let values: Vec<[f32; 2]> = fields.iter().flat_map(|field| field.values.clone()).collect();
+    let mut description = description::<2>(fields[0].size);
+    description.size.depth_or_array_layers = fields.len() as u32;
+    let texture = gpu().device.create_texture_with_data(
+        &gpu().queue,
+        &description,
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(&values),
+    );
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    })
+}
+
 /// The pass of that name, with values for its override constants, into `N` channels of f32.
 pub(super) fn pass<const N: usize>(name: &str, constants: &[(&str, f64)]) -> ScreenPass {
     let source = sources().into_iter().find(|(label, _)| *label == name);
