@@ -1,7 +1,6 @@
 //! One measurement under way.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 
 use flaneur_renderer::{FrameStats, Gpu, PassTime, Settings};
 use flaneur_scene::View;
@@ -14,6 +13,7 @@ use crate::evaluation::speed::{
     line_through, median, percentile, variants,
 };
 use crate::exit::Exit;
+use crate::memory::GpuMemory;
 use crate::names::Names;
 use crate::source::Source;
 use crate::viewpoints::{Height, read_path};
@@ -22,9 +22,12 @@ use crate::viewpoints::{Height, read_path};
 pub(super) struct Session {
     scene: String,
     gpu: Gpu,
+    source: Source,
+    gpu_memory: GpuMemory,
     views: Vec<View>,
+    /// Of each view, once it was rendered.
+    exact: Vec<Exact>,
     described: Described,
-    fed: BTreeMap<Feed, Fed>,
     variants: Vec<Variant>,
     tallies: Vec<Tally>,
     base: Settings,
@@ -65,51 +68,58 @@ impl Session {
         let repeats = arguments.repeats as usize;
         // How many points a view meets is not known before one was rendered.
         let variants = variants(base, 0, gpu.has_64_bit_atomics());
-        let mut fed = BTreeMap::new();
-        for variant in &variants {
-            if let Entry::Vacant(entry) = fed.entry(variant.feed) {
-                entry.insert(
-                    Fed::new(variant.feed, &source, &gpu, variant.settings, gpu_memory).await?,
-                );
-            }
-        }
         Ok(Self {
             scene: streamer.info().name.clone(),
             described: Described::new(size.0, views.len(), repeats, base),
             tallies: variants.iter().map(|_| Tally::default()).collect(),
             gpu,
+            source,
+            gpu_memory,
             views,
-            fed,
+            exact: Vec::new(),
             variants,
             base,
             repeats,
         })
     }
 
-    /// Measures every view by every variant.
+    /// Measures every view by every variant. Those that are fed alike take turns on one
+    /// renderer, so that a busy moment of the machine hits all of them; the renderers follow each
+    /// other, because a machine may not hold several.
     pub(super) async fn run(&mut self, context: &Context) -> Result<(), Exit> {
         let renderings = self.views.len() * self.repeats * self.variants.len();
         let stage = context.console.stage("measure", renderings as u64, Counted::Images);
         let rigs = self.variants.iter().map(|variant| variant.settings.rigs).max().unwrap_or(1);
-        for view in std::mem::take(&mut self.views) {
-            for fed in self.fed.values_mut() {
-                fed.fetch(&view, rigs, context).await?;
-            }
-            let exact = tokio::task::block_in_place(|| self.most_exact(&view))?;
-            let points = exact.frame.stats.points_drawn;
-            self.variants = variants(self.base, points, self.gpu.has_64_bit_atomics());
-            for repeat in 0..self.repeats {
-                for index in 0..self.variants.len() {
-                    // Rendering waits for nothing that would notice.
-                    if context.cancel.is_cancelled() {
-                        return Err(Exit::Interrupted);
-                    }
-                    let to_compare = (repeat == 0).then_some(&exact);
-                    tokio::task::block_in_place(|| self.measure(index, &view, to_compare))?;
-                    stage.advance(1);
+        // The first variant is the most exact one: its feed comes first.
+        let feeds: BTreeMap<Feed, Settings> =
+            self.variants.iter().rev().map(|variant| (variant.feed, variant.settings)).collect();
+        for (feed, settings) in feeds {
+            let mut fed =
+                Fed::new(feed, &self.source, &self.gpu, settings, self.gpu_memory).await?;
+            for (number, view) in self.views.clone().iter().enumerate() {
+                fed.fetch(view, rigs, context).await?;
+                if number == self.exact.len() {
+                    let exact = tokio::task::block_in_place(|| self.most_exact(&mut fed, view))?;
+                    let points = exact.frame.stats.points_drawn;
+                    self.variants = variants(self.base, points, self.gpu.has_64_bit_atomics());
+                    self.exact.push(exact);
                 }
-                // Other tasks, Ctrl-C among them, have their turn.
-                tokio::task::yield_now().await;
+                for repeat in 0..self.repeats {
+                    for index in 0..self.variants.len() {
+                        // Rendering waits for nothing that would notice.
+                        if context.cancel.is_cancelled() {
+                            return Err(Exit::Interrupted);
+                        }
+                        if self.variants.get(index).is_some_and(|variant| variant.feed == feed) {
+                            let compared = (repeat == 0).then_some(number);
+                            let measure = || self.measure(&mut fed, index, view, compared);
+                            tokio::task::block_in_place(measure)?;
+                            stage.advance(1);
+                        }
+                    }
+                    // Other tasks, Ctrl-C among them, have their turn.
+                    tokio::task::yield_now().await;
+                }
             }
         }
         Ok(())
@@ -134,20 +144,26 @@ impl Session {
     }
 
     /// The most exact frame of a view.
-    fn most_exact(&mut self, view: &View) -> Result<Exact, Exit> {
+    fn most_exact(&self, fed: &mut Fed, view: &View) -> Result<Exact, Exit> {
         let variant = self.variants.first();
         let variant = variant.ok_or_else(|| Exit::failed(anyhow::anyhow!("nothing to compare")))?;
-        let fed = fed(&mut self.fed, variant.feed)?;
         let Measured { frame, .. } = fed.measure(view, variant.settings)?;
         Ok(Exact { frame, depths: fed.depths()? })
     }
 
-    fn measure(&mut self, index: usize, view: &View, exact: Option<&Exact>) -> Result<(), Exit> {
+    /// Measures a view by the variant `index`, and where it is `compared`, which is the view's
+    /// number, its errors, too.
+    fn measure(
+        &mut self,
+        fed: &mut Fed,
+        index: usize,
+        view: &View,
+        compared: Option<usize>,
+    ) -> Result<(), Exit> {
         let (Some(variant), Some(tally)) = (self.variants.get(index), self.tallies.get_mut(index))
         else {
             return Ok(());
         };
-        let fed = fed(&mut self.fed, variant.feed)?;
         let Measured { frame, frame_ms, first, mut passes } =
             fed.measure(view, variant.settings)?;
         // In a frame like the one before it depth maps take nothing: what counts is to draw them.
@@ -157,7 +173,7 @@ impl Session {
             }
         }
         tally.add_times(frame_ms, &passes);
-        if let Some(exact) = exact {
+        if let Some(exact) = compared.and_then(|number| self.exact.get(number)) {
             tally.stats.push(frame.stats);
             tally.difference.add_colours(&frame.rgba, &exact.frame.rgba);
             let depths = fed.depths()?;
@@ -256,8 +272,4 @@ fn linearity(variants: &[Variant], tallies: &[Tally]) -> Linearity {
         points,
         textures,
     }
-}
-
-fn fed(all: &mut BTreeMap<Feed, Fed>, feed: Feed) -> Result<&mut Fed, Exit> {
-    all.get_mut(&feed).ok_or_else(|| Exit::failed(anyhow::anyhow!("{feed:?} feeds no renderer")))
 }
