@@ -41,10 +41,11 @@ fn ray_from_pixel(camera: Camera, pixel: vec2<f32>) -> vec3<f32> {
 
 fn ray_through(camera: Camera, m: vec2<f32>) -> Ray {
     let aside = camera.right * m.x + camera.down * m.y;
-    if camera.orthographic == 1u {
-        return Ray(aside, camera.forward);
-    }
-    return Ray(vec3(0.0), aside + camera.forward);
+    let parallel = camera.orthographic == 1u;
+    return Ray(
+        select(vec3(0.0), aside, parallel),
+        camera.forward + select(aside, vec3(0.0), parallel),
+    );
 }
 
 fn on_ray(ray: Ray, depth: f32) -> vec3<f32> {

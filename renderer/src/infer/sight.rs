@@ -96,22 +96,18 @@ impl SightPass {
         let inputs = sights.inputs.into_iter().chain([sampler]);
         let inputs: Vec<_> = inputs.map(|(binding, input)| entry(binding, input)).collect();
         let of_frame = group(frame_layout, &inputs);
-        let of_photograph = group(
-            photograph_layout,
-            &[entry(
-                0,
-                wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                    buffer: &contents,
-                    offset: 0,
-                    size: std::num::NonZero::new(size_of::<Photograph>() as u64),
-                }),
-            )],
-        );
-        let atlases: Vec<_> = atlas
-            .views()
-            .iter()
-            .map(|atlas| group(atlas_layout, &[entry(0, view(atlas))]))
-            .collect();
+        // One group each: with dynamic offsets Mesa's software driver loses memory at every draw.
+        let of_photograph = |index: u32| {
+            let binding = wgpu::BufferBinding {
+                buffer: &contents,
+                offset: u64::from(index) * PHOTOGRAPH_STRIDE as u64,
+                size: std::num::NonZero::new(size_of::<Photograph>() as u64),
+            };
+            group(photograph_layout, &[entry(0, wgpu::BindingResource::Buffer(binding))])
+        };
+        let views = atlas.views();
+        let atlases: Vec<_> =
+            views.iter().map(|atlas| group(atlas_layout, &[entry(0, view(atlas))])).collect();
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         let numbered: Vec<(u32, &Drawn)> = (0..).zip(photographs).collect();
         let rigs = numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig);
@@ -142,7 +138,7 @@ impl SightPass {
                 let model = drawn.data.lens.model;
                 let pipeline = pipelines.entry(model).or_insert_with(|| self.pipeline(gpu, model));
                 pass.set_pipeline(pipeline);
-                pass.set_bind_group(1, &of_photograph, &[index * PHOTOGRAPH_STRIDE as u32]);
+                pass.set_bind_group(1, &of_photograph(*index), &[]);
                 pass.set_bind_group(2, &atlases[drawn.atlas], &[]);
                 pass.draw(0..3, 0..1);
             }
@@ -221,7 +217,7 @@ fn layouts(gpu: &Gpu, inputs: &[(u32, wgpu::BindingType)]) -> [wgpu::BindGroupLa
     let inputs: Vec<_> = inputs.map(|(binding, ty)| entry(binding, ty)).collect();
     let photograph = wgpu::BindingType::Buffer {
         ty: wgpu::BufferBindingType::Uniform,
-        has_dynamic_offset: true,
+        has_dynamic_offset: false,
         min_binding_size: None,
     };
     let filterable = wgpu::TextureSampleType::Float { filterable: true };

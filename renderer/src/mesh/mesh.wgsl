@@ -48,13 +48,10 @@ fn corner_of(vertex: Vertex) -> Corner {
     let ndc_scale = 2.0 * camera.focal / size;
     let ndc_offset = 2.0 * camera.centre / size - 1.0;
     var corner: Corner;
-    if camera.orthographic == 1u {
-        let xy = ndc_scale * c.xy + ndc_offset;
-        corner.clip = vec4(xy.x, -xy.y, 1.0 - c.z / FAR_M, 1.0);
-    } else {
-        let xy = ndc_scale * c.xy + ndc_offset * c.z;
-        corner.clip = vec4(xy.x, -xy.y, camera.near, c.z);
-    }
+    let parallel = camera.orthographic == 1u;
+    let w = select(c.z, 1.0, parallel);
+    let xy = ndc_scale * c.xy + ndc_offset * w;
+    corner.clip = vec4(xy.x, -xy.y, select(camera.near, 1.0 - c.z / FAR_M, parallel), w);
     corner.position = p;
     corner.normal = vertex.normal;
     corner.uncertainty = vertex.uncertainty;

@@ -10,10 +10,9 @@ const MODE_SOURCES: u32 = 7u;
 fn weighted_colour(place: Place, seen: Projected, view_depth: f32) -> vec4<f32> {
     let n = turned(place.normal);
     let distance_2 = dot(seen.position, seen.position);
-    var visible = 1.0;
-    if frame.depth_test == 1u {
-        visible = visible_share(place, n, seen);
-    }
+    // No branch on a uniform: Mesa's software driver compiles a shader that has one anew, and
+    // keeps it, at every draw with another value of any uniform.
+    let visible = select(1.0, visible_share(place, n, seen), frame.depth_test == 1u);
     let cosine = -dot(n, seen.position) * inverseSqrt(max(distance_2, 1e-12));
     let texel = look_up(seen.pixel, level_of_detail(seen.position.z, view_depth));
     let weight = park_weight(cosine, distance_2, photograph.eye_distance_2)

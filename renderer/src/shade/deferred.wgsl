@@ -6,6 +6,8 @@
 
 // Whether points are left to sprites.
 override POINTS_APART: bool = false;
+// Whether the photograph is displaced by the offsets on which it agrees with another.
+override ALIGNED: bool = false;
 
 @fragment
 fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
@@ -17,7 +19,7 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     }
     let depth = dot(frame.forward, place.position);
     var seen = projected(place.position);
-    if photograph.shift != 0.0 {
+    if ALIGNED {
         let cells = at.xy / (photograph.shift_step * vec2<f32>(textureDimensions(offsets)));
         let offset = photograph.shift * depth * textureSampleLevel(offsets, filtering, cells, 0.0);
         // What it sees of the place stays what it was; only where that is found is displaced.

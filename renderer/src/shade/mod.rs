@@ -17,7 +17,7 @@ use crate::screen::{ScreenPass, screen_pass};
 use crate::surface::PLACE_WGSL;
 use crate::targets::Targets;
 use crate::tiles::TileLists;
-use crate::{Gpu, Texturing, depth_map, lens, octahedral};
+use crate::{Gpu, depth_map, lens, octahedral};
 
 pub(crate) mod photograph;
 mod pipelines;
@@ -27,8 +27,8 @@ mod tests;
 
 use photograph::Drawn;
 use photograph::gpu_data::Photograph;
-use pipelines::PhotographPipelines;
 pub(crate) use pipelines::blend_format;
+use pipelines::{Key, PhotographPipelines};
 
 /// The weights, to be put before the shaders that use them.
 pub(crate) const BLEND_WGSL: &str = include_str!("blend.wgsl");
@@ -147,7 +147,6 @@ impl ShadePass {
         targets: &Targets,
     ) {
         let groups = self.bind_groups(gpu, frame, sources, targets);
-        let texturing = sources.sprites.map_or(Texturing::Deferred, |sprites| sprites.texturing);
         let pipelines = self.photographs.all(gpu, sources);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("photographs"),
@@ -179,15 +178,13 @@ impl ShadePass {
         for rig in numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig) {
             for step in [Step::Choose, Step::Chosen, Step::Alone] {
                 for (index, drawn) in rig {
-                    let key = (drawn.data.lens.model, texturing);
-                    let Some(all) = pipelines.get(&key) else { continue };
+                    let Some(all) = pipelines.get(&Key::of(drawn, sources)) else { continue };
                     pass.set_pipeline(match step {
                         Step::Choose => &all.choose,
                         Step::Chosen => &all.chosen,
                         Step::Alone => &all.alone,
                     });
-                    let offset = index * PHOTOGRAPH_STRIDE as u32;
-                    pass.set_bind_group(1, &groups.photographs, &[offset]);
+                    pass.set_bind_group(1, groups.photographs.get(*index as usize), &[]);
                     if step != Step::Choose {
                         pass.set_bind_group(2, &groups.atlases[drawn.atlas], &[]);
                     }
@@ -245,9 +242,10 @@ impl ShadePass {
             let data = bytemuck::bytes_of(&drawn.data);
             slot[..data.len()].copy_from_slice(data);
         }
-        let photographs = wgpu::BufferBinding {
-            buffer: &uniform(gpu, &contents),
-            offset: 0,
+        let buffer = uniform(gpu, &contents);
+        let photograph = |index: u64| wgpu::BufferBinding {
+            buffer: &buffer,
+            offset: index * PHOTOGRAPH_STRIDE as u64,
             size: std::num::NonZero::new(size_of::<Photograph>() as u64),
         };
         Groups {
@@ -264,11 +262,18 @@ impl ShadePass {
                     entry(6, view(sources.offsets)),
                 ],
             ),
-            photographs: group(
-                "photographs",
-                &self.photographs.layouts.photograph,
-                &[entry(0, wgpu::BindingResource::Buffer(photographs))],
-            ),
+            // One group each: with dynamic offsets Mesa's software driver loses memory at every
+            // draw.
+            photographs: (0..)
+                .zip(sources.photographs)
+                .map(|(index, _)| {
+                    group(
+                        "photograph",
+                        &self.photographs.layouts.photograph,
+                        &[entry(0, wgpu::BindingResource::Buffer(photograph(index)))],
+                    )
+                })
+                .collect(),
             atlases: sources
                 .atlas
                 .views()
@@ -283,7 +288,7 @@ impl ShadePass {
 
 struct Groups {
     frame: wgpu::BindGroup,
-    photographs: wgpu::BindGroup,
+    photographs: Vec<wgpu::BindGroup>,
     atlases: Vec<wgpu::BindGroup>,
 }
 

@@ -3,9 +3,29 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
+use super::photograph::Drawn;
 use super::{CHOICE_FORMAT, Sources, choose_wgsl, deferred_wgsl};
 use crate::forward::Sprites;
 use crate::{Gpu, Texturing};
+
+/// What tells pipelines apart: constants of their shaders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Key {
+    lens_model: u32,
+    /// Whether the photograph is displaced to agree with another.
+    aligned: bool,
+    texturing: Texturing,
+}
+
+impl Key {
+    pub(super) fn of(drawn: &Drawn, sources: Sources<'_>) -> Self {
+        Self {
+            lens_model: drawn.data.lens.model,
+            aligned: drawn.data.shift != 0.0,
+            texturing: sources.sprites.map_or(Texturing::Deferred, |sprites| sprites.texturing),
+        }
+    }
+}
 
 /// Everything that draws photographs, made when first needed.
 #[derive(Debug)]
@@ -14,7 +34,7 @@ pub(super) struct PhotographPipelines {
     choose: wgpu::ShaderModule,
     colour: wgpu::ShaderModule,
     blend_format: wgpu::TextureFormat,
-    made: Mutex<BTreeMap<(u32, Texturing), Pipelines>>,
+    made: Mutex<BTreeMap<Key, Pipelines>>,
 }
 
 /// What the bindings of these pipelines are.
@@ -51,24 +71,19 @@ impl PhotographPipelines {
         }
     }
 
-    /// Those that `sources` are drawn with, by lens model and way of texturing.
-    pub(super) fn all(
-        &self,
-        gpu: &Gpu,
-        sources: Sources<'_>,
-    ) -> BTreeMap<(u32, Texturing), Pipelines> {
+    /// Those that `sources` are drawn with.
+    pub(super) fn all(&self, gpu: &Gpu, sources: Sources<'_>) -> BTreeMap<Key, Pipelines> {
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         for drawn in sources.photographs {
-            let model = drawn.data.lens.model;
-            let texturing = sources.sprites.map_or(Texturing::Deferred, |s| s.texturing);
-            made.entry((model, texturing))
-                .or_insert_with(|| self.pipelines_of(gpu, model, sources.sprites));
+            let key = Key::of(drawn, sources);
+            made.entry(key).or_insert_with(|| self.pipelines_of(gpu, key, sources.sprites));
         }
         made.clone()
     }
 
-    fn pipelines_of(&self, gpu: &Gpu, lens_model: u32, sprites: Option<&Sprites<'_>>) -> Pipelines {
-        let lens = ("LENS_MODEL", f64::from(lens_model));
+    fn pipelines_of(&self, gpu: &Gpu, key: Key, sprites: Option<&Sprites<'_>>) -> Pipelines {
+        let lens = ("LENS_MODEL", f64::from(key.lens_model));
+        let aligned = ("ALIGNED", f64::from(u8::from(key.aligned)));
         let points_apart = ("POINTS_APART", f64::from(u8::from(sprites.is_some())));
         let Layouts { frame, photograph, atlas } = &self.layouts;
         let layout = |label, groups: &[Option<&wgpu::BindGroupLayout>]| {
@@ -126,10 +141,14 @@ impl PhotographPipelines {
                 },
                 depth_stencil(true, wgpu::CompareFunction::Greater, replace_always()),
             ),
-            chosen: adding(kind("chosen", &colour, &self.colour), &[lens, points_apart], chosen),
+            chosen: adding(
+                kind("chosen", &colour, &self.colour),
+                &[lens, points_apart, aligned],
+                chosen,
+            ),
             alone: adding(
                 kind("alone", &colour, &self.colour),
-                &[lens, points_apart],
+                &[lens, points_apart, aligned],
                 wgpu::StencilFaceState::IGNORE,
             ),
             sprites: sprites.map(|sprites| {
@@ -176,9 +195,9 @@ impl Layouts {
             view_dimension,
             multisampled: false,
         };
-        let uniform = |has_dynamic_offset| wgpu::BindingType::Buffer {
+        let uniform = wgpu::BindingType::Buffer {
             ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset,
+            has_dynamic_offset: false,
             min_binding_size: None,
         };
         let map = texture(Float { filterable: false }, D2Array);
@@ -186,7 +205,7 @@ impl Layouts {
             frame: layout(
                 "frame",
                 &[
-                    entry(0, uniform(false)),
+                    entry(0, uniform),
                     entry(1, texture(Uint, D2)),
                     entry(2, texture(Uint, D2)),
                     entry(3, map),
@@ -195,7 +214,7 @@ impl Layouts {
                     entry(6, texture(Float { filterable: true }, D2)),
                 ],
             ),
-            photograph: layout("photograph", &[entry(0, uniform(true))]),
+            photograph: layout("photograph", &[entry(0, uniform)]),
             atlas: layout("atlas", &[entry(0, texture(Float { filterable: true }, D2Array))]),
         }
     }
