@@ -62,7 +62,8 @@ fn judged(cell: vec2<i32>, index: u32) -> f32 {
 
 // What the picture before this one says for a hypothesis.
 fn kept(cell: vec2<i32>, index: u32) -> f32 {
-    if inference.has_before == 0u {
+    // Of the cell, too, so that it is no branch on a uniform: see shade/colour.wgsl.
+    if (inference.has_before == 0u) | (cell.x < 0) {
         return 0.0;
     }
     let about = textureLoad(diffused, cell, 0).x;

@@ -16,8 +16,9 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let row = packed.y % inference.cells.y;
     let index = packed.y / inference.cells.y * 4u;
     var costs = vec4(UNSEEN);
-    for (var i = 0u; i < 4u && index + i < inference.hypotheses; i++) {
-        costs[i] = disagreement(vec2(packed.x, (index + i) * inference.cells.y + row));
+    for (var i = 0u; i < 4u; i++) {
+        let cost = disagreement(vec2(packed.x, (index + i) * inference.cells.y + row));
+        costs[i] = select(UNSEEN, cost, index + i < inference.hypotheses);
     }
     return costs;
 }
@@ -26,7 +27,9 @@ fn disagreement(tall: vec2<u32>) -> f32 {
     var first = 0.0;
     var count = 0u;
     var cost = UNSEEN;
-    for (var rig = 0u; rig < inference.rigs && count < 2u; rig++) {
+    // Of the cell, too, so that the loop does not depend on a uniform alone: see shade/colour.wgsl.
+    let rigs = select(inference.rigs, 0u, tall.x == 0xffffffffu);
+    for (var rig = 0u; (rig < rigs) & (count < 2u); rig++) {
         let seen = textureLoad(sights, tall, rig, 0).xy;
         if seen.y > 0.5 {
             cost = select(cost, min(abs(seen.x - first), WORST), count == 1u);

@@ -43,7 +43,8 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     // An inferred place without colour is none.
     if place.kind != SHOWS_NOTHING && (place.kind != SHOWS_INFERRED || coloured) {
         surface = place.kind + select(0u, 1u, coloured);
-        switch frame.mode {
+        // Of the place, too, so that it is no branch on a uniform: see shade/colour.wgsl.
+        switch select(frame.mode, 0u, place.kind == SHOWS_NOTHING) {
             case MODE_POINTS_COLOUR: { colour = own_colour(place); }
             case MODE_WIREFRAME: {
                 colour = select(own_colour(place), vec3(0.05), (position.w & ON_EDGE) != 0u);

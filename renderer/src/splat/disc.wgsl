@@ -27,7 +27,8 @@ fn disc_around(camera: Camera, p: vec3<f32>, n: vec3<f32>, radius: f32) -> Disc 
     var diagonal: vec2<f32>;
     var off: f32;
     var scale: vec2<f32>;
-    if camera.orthographic == 1u {
+    // Of the point, too, so that it is no branch on a uniform: see shade/colour.wgsl.
+    if (camera.orthographic == 1u) & (p.z > 0.0) {
         let tilted = disc_normal(vec3(0.0, 0.0, 1.0), n);
         let g = -tilted.xy;
         scale = 1.0 / (camera.focal * radius);

@@ -63,7 +63,8 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
 
 fn drawn_radius(p: vec3<f32>, stored: f32) -> f32 {
     let focal = min(job.camera.focal.x, job.camera.focal.y);
-    if job.camera.orthographic == 1u {
+    // Of the point, too, so that it is no branch on a uniform: see shade/colour.wgsl.
+    if (job.camera.orthographic == 1u) & (p.z > 0.0) {
         return clamp(stored, job.min_radius_px / focal, job.max_radius_px / focal);
     }
     // Half its depth at most, so that no disc reaches the plane of the eye.

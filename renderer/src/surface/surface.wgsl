@@ -58,7 +58,9 @@ fn fs(@builtin(position) at: vec4<f32>) -> Shown {
 
 // Normalised direction that a raw pixel position sees; z is 0 where it sees none.
 fn direction(pixel: vec2<f32>) -> vec3<f32> {
-    let lens = view.lens;
+    var lens = view.lens;
+    // Of the pixel, too, so that nothing branches on a uniform: see shade/colour.wgsl.
+    lens.model = select(lens.model, 0u, pixel.x < 0.0);
     if lens.model == 0u {
         return vec3((pixel - lens.centre) / lens.focal, 1.0);
     }
