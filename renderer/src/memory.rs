@@ -3,7 +3,8 @@
 use flaneur_scene::SceneUpdate;
 
 /// Bytes of buffers and textures that are kept between frames, by what they hold. What a frame
-/// needs for itself alone (lists of what is drawn, uniforms) is not among them: some kilobytes.
+/// needs for itself alone (lists of what is drawn, uniforms) is not among them, nor are the grids of
+/// inference and alignment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MemoryReport {
     /// Pages of points, whether in use or free.

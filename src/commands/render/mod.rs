@@ -74,8 +74,8 @@ pub(crate) struct RenderArguments {
     /// photographs) or uncertainty
     #[arg(long, default_value = "hybrid")]
     mode: Mode,
-    /// How points are textured, which gives the same picture in other times: deferred, homography
-    /// or barycentric
+    /// How points are textured: deferred, homography or barycentric. The last two differ in time,
+    /// and leave the alignment of neighbouring photographs out
     #[arg(long, default_value = "deferred")]
     texturing: Texturing,
     /// Size of the picture in pixels [default: that of the --like photograph or of the view in
