@@ -12,7 +12,7 @@ use crate::frustum::Frustum;
 use crate::gains::Gains;
 use crate::infer::{self, Evidence, InferPass};
 use crate::mesh::{MeshPass, MeshStore};
-use crate::photographs::{Photograph, PhotographStore, camera_fault};
+use crate::photographs::{PhotographStore, camera_fault};
 use crate::pinhole::Pinhole;
 use crate::points::{BLOCK_POINTS, DrawList, PointStore};
 use crate::shade::photograph::{Drawn, mark};
@@ -21,7 +21,7 @@ use crate::splat::{SplatPass, ViewTarget};
 use crate::stages::{PassTime, Stages};
 use crate::surface::{self, SurfacePass};
 use crate::targets::Targets;
-use crate::tiles::TilePass;
+use crate::tiles::{self, TilePass};
 use crate::{Applied, Gpu, MemoryReport, Mode, RenderError, Settings, Texturing, depths, lens};
 
 /// Most pixels of a picture, and of the G-buffer behind it: a word each fits a storage
@@ -345,14 +345,14 @@ impl Renderer {
         self.surface_pass.draw(gpu, stages.encoder(), &surface_view, &grid, targets, records);
         stages.ended("surface")?;
 
-        let drawn: Vec<((&Photograph, usize), Drawn)> = selected
+        let drawn: Vec<((&Frustum, usize), Drawn)> = selected
             .iter()
             .filter_map(|(id, photograph, standing)| {
                 let layer = self.maps.layer(id)?;
                 let gain = if settings.exposure_gains { self.gains.of(id) } else { [1.0; 3] };
                 let mark = mark(id);
                 let drawn = Drawn::new(photograph, eye, *standing, layer, gain, mark);
-                Some(((*photograph, standing.rig), drawn))
+                Some(((&photograph.frustum, standing.rig), drawn))
             })
             .collect();
         let (seen, mut photographs): (Vec<_>, Vec<Drawn>) = drawn.into_iter().unzip();
@@ -400,7 +400,8 @@ impl Renderer {
 
         // Sprites look for what was chosen everywhere.
         let apart = sprites.is_none();
-        let tiles = self.tile_pass.lists(gpu, stages.encoder(), &seen, apart, eye, targets);
+        let shown = tiles::Shown { eye, size, positions: &targets.records.positions };
+        let tiles = self.tile_pass.lists(gpu, stages.encoder(), &seen, apart, shown);
         stages.ended("tiles")?;
         let sources = shade::Sources {
             photographs: &photographs,

@@ -130,3 +130,12 @@ pub const INFERRED_JUMPING_SHARE: f64 = 1e-3;
 /// What photographs disagree on, at most 0.12, and its means over a window, against f64: sums of
 /// eleven such values, twice, where the targets hold f32.
 pub const COST: f64 = 1e-6;
+
+/// How far a box may reach into a photograph's pyramid, metres, where rounding alone decides
+/// whether it is listed: positions up to 60 m from the eye are good to 4e-6 m, and three of them
+/// are added.
+pub const PYRAMID_M: f64 = 5e-5;
+
+/// By how much more tiles may be listed for photographs than they see something of, as a share:
+/// the box around the places of a tile holds more than these, most where depths jump.
+pub const TILES_IN_VAIN: f64 = 0.1;

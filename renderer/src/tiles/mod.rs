@@ -8,9 +8,10 @@ use glam::{DVec3, UVec2};
 use wgpu::util::DeviceExt as _;
 
 use crate::Gpu;
-use crate::photographs::Photograph;
-use crate::targets::Targets;
+use crate::frustum::Frustum;
 
+#[cfg(test)]
+mod reference;
 #[cfg(test)]
 mod tests;
 
@@ -52,6 +53,20 @@ pub(crate) mod gpu_data {
         pub(crate) first_vertex: u32,
         pub(crate) first_instance: u32,
     }
+}
+
+/// How far beside a photograph's pyramid its tiles may lie, metres: positions are rounded.
+const MARGIN_M: f64 = 1e-3;
+
+/// What the pixels of a picture show.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown<'a> {
+    /// World.
+    pub(crate) eye: DVec3,
+    /// Of the picture, pixels.
+    pub(crate) size: UVec2,
+    /// Relative to the eye, see surface/place.wgsl.
+    pub(crate) positions: &'a wgpu::TextureView,
 }
 
 /// The pipelines of this pass.
@@ -107,23 +122,22 @@ impl TilePass {
         Self { bound: pipeline("bound"), list: pipeline("list"), layout }
     }
 
-    /// Lists the tiles of `photographs`, each with its rig, for the places in `targets`, which
-    /// are relative to `eye`; `None` where there is no photograph. Those that a photograph has
-    /// to itself are listed apart where that is wanted.
+    /// Lists the tiles of the photographs, each by what it can see and by its rig; `None` where
+    /// there is no photograph. Those that a photograph has to itself are listed apart where that
+    /// is wanted.
     pub(crate) fn lists(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        photographs: &[(&Photograph, usize)],
+        photographs: &[(&Frustum, usize)],
         apart: bool,
-        eye: DVec3,
-        targets: &Targets,
+        shown: Shown<'_>,
     ) -> Option<TileLists> {
-        let size = targets.picture_size;
+        let Shown { eye, size, positions } = shown;
         let tiles = size.map(|side| side.div_ceil(TILE));
         let tile_count = tiles.element_product();
         let pyramids: Vec<_> =
-            photographs.iter().map(|(photograph, rig)| pyramid(photograph, *rig, eye)).collect();
+            photographs.iter().map(|(frustum, rig)| pyramid(frustum, *rig, eye)).collect();
         if pyramids.is_empty() {
             return None;
         }
@@ -161,12 +175,15 @@ impl TilePass {
         let boxes = empty(u64::from(tile_count) * 32, Usage::STORAGE);
         let pyramids_on_device = filled(bytemuck::cast_slice(&pyramids), Usage::STORAGE);
         let draws = vec![nothing; 2 * pyramids.len()];
-        let draws = filled(bytemuck::cast_slice(&draws), Usage::STORAGE | Usage::INDIRECT);
+        let draws = filled(
+            bytemuck::cast_slice(&draws),
+            Usage::STORAGE | Usage::INDIRECT | Usage::COPY_SRC,
+        );
         let bytes = u64::from(tile_count) * 8 * pyramids.len() as u64;
-        let lists = empty(bytes, Usage::STORAGE | Usage::VERTEX);
+        let lists = empty(bytes, Usage::STORAGE | Usage::VERTEX | Usage::COPY_SRC);
         let resources = [
             frame.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&targets.records.positions),
+            wgpu::BindingResource::TextureView(positions),
             boxes.as_entire_binding(),
             pyramids_on_device.as_entire_binding(),
             draws.as_entire_binding(),
@@ -195,11 +212,10 @@ impl TilePass {
 }
 
 /// The four sides of what a photograph sees, and its eye plane, relative to `eye`.
-fn pyramid(photograph: &Photograph, rig: usize, eye: DVec3) -> gpu_data::Pyramid {
-    let planes = photograph.frustum.planes().map(|(n, place)| {
-        // A millimetre of margin for the rounding of positions.
-        n.extend(1e-3 - n.dot(place - eye)).as_vec4().to_array()
-    });
+fn pyramid(frustum: &Frustum, rig: usize, eye: DVec3) -> gpu_data::Pyramid {
+    let planes = frustum
+        .planes()
+        .map(|(n, place)| n.extend(MARGIN_M - n.dot(place - eye)).as_vec4().to_array());
     gpu_data::Pyramid { planes, rig: rig as u32, ..bytemuck::Zeroable::zeroed() }
 }
 

@@ -1,28 +1,44 @@
-//! Pyramids against the lens that they enclose.
+//! Pyramids against the lens that they enclose, and the lists of the device against f64.
 
 use flaneur_scene::{Distortion, Intrinsics, Lens, PosedCamera, View};
 use glam::{DVec2, DVec3, UVec2};
+use wgpu::util::DeviceExt as _;
 
+use super::reference::{reach, sees};
+use super::{MARGIN_M, Shown, TILE, TilePass, gpu_data};
 use crate::frustum::Frustum;
+use crate::kernel_tests::{gpu, read};
 use crate::pinhole::Pinhole;
+use crate::surface::POSITION_FORMAT;
+use crate::tolerances::{PYRAMID_M, TILES_IN_VAIN};
+
+const EYE: DVec3 = DVec3::new(651_187.3, 6_861_353.6, 42.8);
+const LENSES: [Distortion; 3] = [
+    Distortion::None,
+    Distortion::Brown { k: [-0.2, 0.03, 0.0], p: [1e-3, -2e-3] },
+    Distortion::Fisheye { k: [-0.02, 0.004, 0.0, 0.0] },
+];
+
+fn lens(distortion: Distortion) -> Lens {
+    let intrinsics = Intrinsics { fx: 300.0, fy: 290.0, cx: 330.0, cy: 230.0 };
+    Lens { size: UVec2::new(640, 480), intrinsics, distortion }
+}
+
+fn frustum(camera: &PosedCamera) -> Frustum {
+    Frustum::new(camera, &Pinhole::for_depth_map(&camera.lens, 512).expect("a pinhole"))
+}
 
 #[test]
 fn what_a_lens_sees_lies_inside_its_pyramid() {
-    let size = UVec2::new(640, 480);
-    let intrinsics = Intrinsics { fx: 300.0, fy: 290.0, cx: 330.0, cy: 230.0 };
-    let eye = DVec3::new(651_187.3, 6_861_353.6, 42.8);
-    let pose = View::look(eye, 1.0, 0.2, 1.0, size).camera;
-    for distortion in [
-        Distortion::None,
-        Distortion::Brown { k: [-0.2, 0.03, 0.0], p: [1e-3, -2e-3] },
-        Distortion::Fisheye { k: [-0.02, 0.004, 0.0, 0.0] },
-    ] {
-        let camera = PosedCamera { lens: Lens { size, intrinsics, distortion }, ..pose };
-        let map = Pinhole::for_depth_map(&camera.lens, 512).expect("a pinhole");
-        let frustum = Frustum::new(&camera, &map);
+    for distortion in LENSES {
+        let lens = lens(distortion);
+        let camera = PosedCamera { lens, ..View::look(EYE, 1.0, 0.2, 1.0, lens.size).camera };
+        let frustum = frustum(&camera);
         for i in 0..400u32 {
             let share = DVec2::new(f64::from(i % 20), f64::from(i / 20)) / 19.0;
-            let Some(ray) = camera.lens.unproject(share * size.as_dvec2()) else { continue };
+            let Some(ray) = camera.lens.unproject(share * camera.lens.size.as_dvec2()) else {
+                continue;
+            };
             let at = camera.cam_from_world.transpose() * (ray * 30.0);
             let inside = |p: DVec3| frustum.planes().iter().all(|(n, on)| n.dot(p - on) >= 0.0);
             assert!(inside(camera.centre + at), "{share} {distortion:?}");
@@ -30,4 +46,180 @@ fn what_a_lens_sees_lies_inside_its_pyramid() {
             assert!(!inside(camera.centre - at), "{share} {distortion:?}");
         }
     }
+}
+
+/// Tiles at two borders are cut.
+const SIZE: UVec2 = UVec2::new(337, 210);
+
+/// What the pixels of a view show, relative to its eye as the device has it; `None` for nothing:
+/// a street between two rows of houses at different distances, and some sky.
+fn shown(view: &View) -> Vec<Option<[f32; 3]>> {
+    let world_from_cam = view.camera.cam_from_world.transpose();
+    let pixels = (0..SIZE.y).flat_map(|y| (0..SIZE.x).map(move |x| UVec2::new(x, y)));
+    pixels
+        .map(|pixel| {
+            let ray = view.camera.lens.unproject(pixel.as_dvec2() + 0.5)?;
+            let ray = world_from_cam * ray;
+            let house = 6.0 + 3.0 * (f64::from(pixel.x / 40) * 2.3).sin();
+            let depth_m = (house / ray.x.abs()).min(2.0 / (-ray.z).max(0.0)).min(60.0);
+            (depth_m < 60.0 && ray.z < 0.5).then(|| (ray * depth_m).as_vec3().to_array())
+        })
+        .collect()
+}
+
+/// Photographs of three rigs, in all directions and through all lenses, one of them far from what
+/// is shown; with their rigs.
+fn photographs() -> Vec<(PosedCamera, usize)> {
+    let at = |rig: usize, offset: [f64; 3], heading: f64, pitch: f64| {
+        let lens = lens(LENSES[rig]);
+        let [heading, pitch] = [heading, pitch].map(f64::to_radians);
+        let eye = EYE + DVec3::from_array(offset);
+        (PosedCamera { lens, ..View::look(eye, heading, pitch, 1.0, lens.size).camera }, rig)
+    };
+    vec![
+        at(0, [1.0, 4.0, 0.2], 0.0, 0.0),
+        at(0, [1.1, 4.0, 0.2], 90.0, 5.0),
+        at(0, [1.0, 4.1, 0.2], 180.0, -20.0),
+        at(0, [1.0, 4.0, 0.3], 270.0, 0.0),
+        at(1, [-2.0, 15.0, 0.0], 20.0, -5.0),
+        at(1, [-2.0, 15.1, 0.0], 190.0, 10.0),
+        at(2, [0.0, -300.0, 0.0], 180.0, 0.0),
+        at(2, [0.5, 30.0, 9.0], 150.0, -60.0),
+    ]
+}
+
+/// For each photograph which tiles the device lists, and whether apart from those that it shares.
+fn on_device(
+    view: &View,
+    places: &[Option<[f32; 3]>],
+    photographs: &[(PosedCamera, usize)],
+    apart: bool,
+) -> Vec<Vec<Option<bool>>> {
+    let words: Vec<[u32; 4]> = places
+        .iter()
+        .map(|place| {
+            let [x, y, z] = place.unwrap_or([0.3, -0.4, 0.5]).map(f32::to_bits);
+            [x, y, z, u32::from(place.is_some())]
+        })
+        .collect();
+    let texture = gpu().device.create_texture_with_data(
+        &gpu().queue,
+        &wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: SIZE.x, height: SIZE.y, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: POSITION_FORMAT,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        },
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(&words),
+    );
+    let positions = texture.create_view(&Default::default());
+    let frustums: Vec<Frustum> = photographs.iter().map(|(camera, _)| frustum(camera)).collect();
+    let seen: Vec<_> = frustums.iter().zip(photographs).map(|(f, (_, rig))| (f, *rig)).collect();
+    let mut encoder = gpu().device.create_command_encoder(&Default::default());
+    let shown = Shown { eye: view.eye(), size: SIZE, positions: &positions };
+    let lists = TilePass::new(gpu()).lists(gpu(), &mut encoder, &seen, apart, shown);
+    let lists = lists.expect("photographs");
+    let draws: Vec<gpu_data::Draw> = read(encoder, &lists.draws);
+    let encoder = gpu().device.create_command_encoder(&Default::default());
+    let listed: Vec<u32> = read(encoder, &lists.lists);
+    let columns = SIZE.x.div_ceil(TILE);
+    let of_photograph = |index: usize| {
+        let mut tiles = vec![None; lists.tile_count as usize];
+        for alone in [false, true] {
+            let draw = 2 * index + usize::from(alone);
+            let gpu_data::Draw { vertex_count, instance_count, first_vertex, first_instance } =
+                draws[draw];
+            assert_eq!([vertex_count, first_vertex, first_instance], [4, 0, 0]);
+            let first = draw * lists.tile_count as usize;
+            for word in &listed[first..first + instance_count as usize] {
+                let tile = &mut tiles[((word >> 16) * columns + (word & 0xffff)) as usize];
+                assert_eq!(tile.replace(alone), None, "listed once");
+            }
+        }
+        tiles
+    };
+    (0..photographs.len()).map(of_photograph).collect()
+}
+
+/// The places (world) of each tile.
+fn by_tile(view: &View, places: &[Option<[f32; 3]>]) -> Vec<Vec<DVec3>> {
+    let columns = SIZE.x.div_ceil(TILE);
+    let mut tiles = vec![Vec::new(); (columns * SIZE.y.div_ceil(TILE)) as usize];
+    for (place, i) in places.iter().zip(0..) {
+        let tile = i / SIZE.x / TILE * columns + i % SIZE.x / TILE;
+        let world = |place: [f32; 3]| view.eye() + DVec3::from_array(place.map(f64::from));
+        tiles[tile as usize].extend(place.map(world));
+    }
+    tiles
+}
+
+/// Along the street, across it, and down onto it.
+fn views() -> [View; 3] {
+    [(0.0, 0.0), (80.0, 5.0), (200.0, -50.0)].map(|(heading, pitch)| {
+        let [heading, pitch, fov] = [heading, pitch, 65.0f64].map(f64::to_radians);
+        View::look(EYE, heading, pitch, fov, SIZE)
+    })
+}
+
+/// Whoever sees a place of a tile is listed for it; who is listed is whose pyramid meets the
+/// tile's box; and few are listed that see nothing.
+#[test]
+fn lists_agree_with_their_reference() {
+    let photographs = photographs();
+    let (mut seeing, mut listed_in_all, mut decided) = (0, 0, 0);
+    for view in views() {
+        let places = shown(&view);
+        let tiles = by_tile(&view, &places);
+        let found = on_device(&view, &places, &photographs, true);
+        for ((camera, _), found) in photographs.iter().zip(&found) {
+            let pyramid = frustum(camera);
+            for (places, found) in tiles.iter().zip(found) {
+                let needed = places.iter().any(|&place| sees(camera, place));
+                assert!(!needed || found.is_some(), "a photograph that sees a tile is not asked");
+                seeing += u32::from(needed);
+                listed_in_all += u32::from(found.is_some());
+                let reach = reach(&pyramid, places) + MARGIN_M;
+                if places.is_empty() || reach.abs() > PYRAMID_M {
+                    decided += 1;
+                    let expected = !places.is_empty() && reach > 0.0;
+                    assert_eq!(found.is_some(), expected, "{reach} m");
+                }
+            }
+        }
+    }
+    println!("{seeing} tiles are seen, {listed_in_all} listed, {decided} decided");
+    assert!(seeing > 400 && decided > 1800, "{seeing} {decided}");
+    let in_vain = f64::from(listed_in_all) / f64::from(seeing) - 1.0;
+    assert!(in_vain < TILES_IN_VAIN, "{in_vain}");
+}
+
+/// A tile is a photograph's own where no other of its rig is listed for it.
+#[test]
+fn tiles_of_one_photograph_of_a_rig_are_listed_apart() {
+    let photographs = photographs();
+    let (mut alone, mut shared) = (0, 0);
+    for view in views() {
+        let places = shown(&view);
+        let found = on_device(&view, &places, &photographs, true);
+        for ((_, rig), tiles) in photographs.iter().zip(&found) {
+            for (i, tile) in tiles.iter().enumerate() {
+                let Some(apart) = tile else { continue };
+                let of_rig = photographs.iter().zip(&found).filter(|((_, other), _)| other == rig);
+                let rivals = of_rig.filter(|(_, tiles)| tiles[i].is_some()).count() - 1;
+                assert_eq!(*apart, rivals == 0, "tile {i}");
+                *(if *apart { &mut alone } else { &mut shared }) += 1;
+            }
+        }
+        // Where nothing is listed apart the tiles are the same.
+        let together = on_device(&view, &places, &photographs, false);
+        for (tiles, together) in found.iter().flatten().zip(together.iter().flatten()) {
+            assert_eq!(tiles.map(|_| false), *together);
+        }
+    }
+    assert!(alone > 100 && shared > 100, "{alone} {shared}");
 }
