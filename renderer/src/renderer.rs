@@ -455,6 +455,12 @@ impl Renderer {
         self.targets.as_ref().map(|targets| &targets.records.positions)
     }
 
+    /// The factors of a photograph's linear colours in the last frame.
+    #[cfg(test)]
+    pub(crate) fn last_gain(&self, id: &flaneur_scene::ImageId) -> DVec3 {
+        DVec3::from_array(self.gains.of(id).map(f64::from))
+    }
+
     fn points_removed(&mut self, bounds: &Bounds3) {
         let margin_m = f64::from(self.settings.max_splat_radius_m);
         self.maps.points_removed(&self.photographs, bounds, margin_m);

@@ -139,3 +139,27 @@ pub const PYRAMID_M: f64 = 5e-5;
 /// By how much more tiles may be listed for photographs than they see something of, as a share:
 /// the box around the places of a tile holds more than these, most where depths jump.
 pub const TILES_IN_VAIN: f64 = 0.1;
+
+/// The logarithm of an exposure gain against f64: one byte of sRGB is 1.7 % of a linear colour in
+/// the middle of its curve, so that [`DECODED_255`] makes 0.6 % of each of the two colours whose
+/// ratio it is. Ordinary devices decode exactly.
+pub const GAIN_LOGARITHM: f64 = 1e-2;
+
+/// A texel of a photograph as the device decodes it, as a byte of sRGB: software devices do so by a
+/// polynomial that is off by up to a third of a byte.
+pub const DECODED_255: f64 = 0.35;
+
+/// A texel of a level of detail as a byte of sRGB, for each time that it was halved: the four that
+/// it is the mean of are decoded, and the mean is rounded to a byte.
+pub const HALVED_255: f64 = 1.0;
+
+/// A mask of a level of detail in 255ths, for each time that it was halved: a half may be rounded
+/// up or down.
+pub const HALVED_MASK_255: f64 = 1.0;
+
+/// The logarithm of a ratio of two colours against f64: two logarithms in f32, of about 4 at most.
+pub const OVERLAP_LOGARITHM: f64 = 1e-6;
+
+/// Solved logarithms of gains against f64, where a direct solution and one that is approached
+/// until it stands still to 1e-12 differ by what was left to approach.
+pub const SOLVED_LOGARITHM: f64 = 1e-8;

@@ -35,7 +35,8 @@ pub(crate) fn measure_wgsl() -> String {
 /// Workgroups of places that each photograph lends, by columns and rows, and for how many
 /// photographs: fewer each where there are many.
 const GRIDS: [(usize, [u32; 2]); 3] = [(20, [2, 2]), (48, [2, 1]), (usize::MAX, [1, 1])];
-const GROUP_PLACES: u32 = 64;
+const GROUP_SIDE: u32 = 8;
+const GROUP_PLACES: u32 = GROUP_SIDE * GROUP_SIDE;
 const PLACE_BYTES: u64 = 16;
 const SAMPLE_BYTES: u64 = 8;
 
@@ -188,6 +189,11 @@ impl MeasurePass {
             .collect();
         Ok(Samples { places_each: places_each as usize, colours })
     }
+}
+
+/// Columns and rows of places that each of so many photographs lends.
+pub(crate) fn places(photographs: usize) -> [u32; 2] {
+    grid(photographs).map(|groups| groups * GROUP_SIDE)
 }
 
 fn grid(photographs: usize) -> [u32; 2] {

@@ -26,8 +26,7 @@ use crate::{Gpu, RenderError};
 
 pub(crate) mod measure;
 mod overlaps;
-#[cfg(test)]
-mod reference;
+pub(crate) mod reference;
 mod solve;
 #[cfg(test)]
 mod tests;
@@ -39,7 +38,7 @@ const STEP: f64 = 0.15;
 /// Logarithms that differ by less are the same: no colour changes by a byte.
 const SAME: f64 = 1e-3;
 /// Photographs nearer to the eye than this, metres, all decide how bright the picture is.
-const NEAR_M: f64 = 1.0;
+pub(crate) const NEAR_M: f64 = 1.0;
 /// From one frame to the next a view that moves further, metres, has jumped …
 const JUMP_M: f64 = 0.5;
 /// … and so has one that turns further: cosine of 20°.

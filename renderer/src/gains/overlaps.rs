@@ -7,18 +7,18 @@
 use super::measure::Samples;
 
 /// Fewer places say nothing.
-const LEAST_PLACES: usize = 12;
+pub(super) const LEAST_PLACES: usize = 12;
 /// Linear. Darker is noise, and the foot of the camera's curve.
-const DARKEST: f32 = 0.01;
+pub(super) const DARKEST: f32 = 0.01;
 /// Linear. Brighter may be cut off, and is bent by the shoulder of the camera's curve.
-const BRIGHTEST: f32 = 0.8;
+pub(super) const BRIGHTEST: f32 = 0.8;
 /// Standard deviation, of a logarithm, that no number of places reduces: lenses darken towards
 /// their borders, and surfaces shine differently in different directions.
-const SYSTEMATIC: f64 = 0.03;
+pub(super) const SYSTEMATIC: f64 = 0.03;
 /// Ratio of the variance of a median to that of a mean, of normally distributed values.
-const MEDIAN_VARIANCE: f64 = std::f64::consts::FRAC_PI_2;
+pub(super) const MEDIAN_VARIANCE: f64 = std::f64::consts::FRAC_PI_2;
 /// From the median of absolute deviations to a standard deviation, for the normal distribution.
-const NORMAL_DEVIATION: f64 = 1.4826;
+pub(super) const NORMAL_DEVIATION: f64 = 1.4826;
 
 /// Two photographs that see the same places.
 #[derive(Clone, Copy, Debug, PartialEq)]

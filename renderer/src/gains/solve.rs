@@ -13,11 +13,11 @@
 use super::overlaps::Overlap;
 
 /// Standard deviation expected of the logarithm of exposures.
-const EXPOSURE_DEVIATION: f64 = 0.3;
+pub(super) const EXPOSURE_DEVIATION: f64 = 0.3;
 /// The same of a channel's deviation from the mean of the three.
-const COLOUR_DEVIATION: f64 = 0.1;
+pub(super) const COLOUR_DEVIATION: f64 = 0.1;
 /// No gain is larger, nor smaller than one over it.
-const LARGEST_GAIN: f64 = 4.0;
+pub(super) const LARGEST_GAIN: f64 = 4.0;
 
 /// The logarithms of the gains of `count` photographs, for linear red, green and blue. Overlaps
 /// that are no numbers, or not of two of the photographs, are left out.

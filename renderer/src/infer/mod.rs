@@ -19,7 +19,7 @@ use crate::{Gpu, lens, octahedral, shade};
 
 mod grid;
 #[cfg(test)]
-mod reference;
+pub(crate) mod reference;
 mod sight;
 #[cfg(test)]
 mod tests;

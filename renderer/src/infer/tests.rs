@@ -4,9 +4,10 @@ use flaneur_scene::View;
 use glam::{DVec3, UVec2};
 use wgpu::BindingResource::TextureView as Texture;
 
-use self::device::{Channels, draw, inference, pass, uniform};
+use self::device::{inference, pass};
 use super::reference::{Field, Known, Past, chosen, diffused, hypothesis, judged, median};
 use super::{Grid, before_data, gpu_data};
+use crate::kernel_tests::channels::{Channels, draw, uniform};
 use crate::tolerances::{CHOICE_INDEX, DIFFUSION_RELATIVE, LENS_PX, SETTLED_RELATIVE};
 
 mod costs;

@@ -19,8 +19,11 @@
 //! assert!(frame.pixels.iter().all(|pixel| pixel.place.is_none()));
 //! ```
 //!
-//! Not part of it: colours inferred where there is no geometry, exposure gains (switch both off to
-//! compare), and the lines of [`Mode::Wireframe`], which are a pixel of the device's raster wide.
+//! Frames follow no other: exposure gains are those to which photographs on display would go over
+//! some frames.
+//!
+//! Not part of it: colours inferred where there is no geometry, the alignment of photographs (switch
+//! both off to compare), and the lines of [`Mode::Wireframe`], which are a pixel of the device's raster wide.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -40,6 +43,7 @@ mod boxes;
 mod colour;
 mod difference;
 mod discs;
+mod exposure;
 mod photograph;
 mod pyramid;
 mod rigs;
@@ -128,6 +132,14 @@ impl Scene {
         }
     }
 
+    /// The factors of each photograph's linear colours in the picture of a view.
+    #[cfg(test)]
+    fn gains(&self, view: &View) -> Vec<(ImageId, DVec3)> {
+        let mesh = Triangles::new(self.mesh.values());
+        let points = discs::points(&self.points, &self.settings);
+        Rigs::new(&self.images, view, &self.settings, &mesh, &points).gains()
+    }
+
     /// The picture of a view that a renderer accepts.
     pub fn render(&self, view: &View, mode: Mode) -> ReferenceFrame {
         let mesh = Triangles::new(self.mesh.values());
@@ -143,7 +155,7 @@ impl Scene {
             mesh: (!matches!(mode, Mode::Points | Mode::PointsColour)).then_some(&mesh),
             points: &points,
             discs: Discs::new(drawn, camera, focal, Target::View(view.projection)),
-            rigs: Rigs::new(&self.images, camera.centre, &self.settings, &mesh, &points),
+            rigs: Rigs::new(&self.images, view, &self.settings, &mesh, &points),
         };
         let UVec2 { x: columns, y: rows } = view.size();
         let pixels = (0..rows)

@@ -13,6 +13,8 @@ use crate::camera::NEAR_M;
 use crate::depth_map::reference::{
     self, Occluders, depth_bias, depth_on_texel_ray, relief_depth, visibility,
 };
+use crate::frustum::Frustum;
+use crate::gains::reference::{FOOTPRINT, LEAST_TEXELS, agreement, continuity, known_surface};
 use crate::mesh::reference::NO_MESH_M;
 use crate::pinhole::{MAX_TANGENT, Pinhole};
 use crate::surface::reference::Shown;
@@ -125,6 +127,46 @@ impl<'a> Photograph<'a> {
         let lod = (texels_per_m / pixels_per_m).max(1.0).log2();
         let lod = if lod < LEAST_LOD { 0.0 } else { lod.min(self.pyramid.coarsest()) };
         self.pyramid.at(seen.pixel, lod)
+    }
+}
+
+impl Photograph<'_> {
+    /// What it can see something of.
+    pub(super) fn frustum(&self) -> Frustum {
+        Frustum::new(&self.camera, &self.map.pinhole)
+    }
+
+    /// A place (world) that lies at this share of its depth map's sides, for comparing exposures,
+    /// with the width of what is averaged there, metres; `None` at edges, and where nothing is.
+    pub(super) fn lends(&self, share: DVec2) -> Option<(DVec3, f64)> {
+        let Pinhole { focal, size, .. } = self.map.pinhole;
+        let texel = (share * size.as_dvec2()).floor();
+        let (z, _) = known_surface(self.map.occluders(texel))?;
+        let reach = (0.5 * FOOTPRINT * focal.x).ceil();
+        let goes_on = |side: &DVec2| {
+            let beside = known_surface(self.map.occluders(texel + *side * reach));
+            beside.is_some_and(|(beside_m, _)| continuity(z, beside_m) >= 0.0)
+        };
+        let whole = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y].iter().all(goes_on);
+        let direction = self.camera.cam_from_world.transpose() * self.map.ray(texel);
+        whole.then(|| (self.camera.centre + direction * z, FOOTPRINT * z))
+    }
+
+    /// The mean linear colour that it shows `width_m` around a place (world), if it sees it.
+    pub(super) fn shows(&self, position: DVec3, width_m: f64) -> Option<DVec3> {
+        let seen = self.sees(position)?;
+        let z = seen.position.z;
+        let Pinhole { focal, centre, .. } = self.map.pinhole;
+        let texel = (focal * (seen.position.truncate() / z) + centre).floor();
+        let known = known_surface(self.map.occluders(texel))?;
+        let texels = width_m * self.lens.intrinsics.fy / z;
+        let lod = texels.log2().clamp(0.0, self.pyramid.coarsest());
+        let border_px = seen.border * self.lens.size.as_dvec2().min_element();
+        if texels < LEAST_TEXELS || border_px < lod.exp2() || agreement(z, known) < 0.0 {
+            return None;
+        }
+        let (colour, inside) = self.pyramid.at(seen.pixel, lod);
+        (inside > 0.0).then_some(colour)
     }
 }
 

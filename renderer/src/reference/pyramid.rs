@@ -61,6 +61,12 @@ impl Pyramid {
         (colour.lerp(coarser_colour, share), mask)
     }
 
+    /// Size, linear colours and mask of a level, row by row.
+    #[cfg(test)]
+    pub(super) fn level(&self, level: usize) -> (UVec2, &[(DVec3, f64)]) {
+        (self.levels[level].size, &self.levels[level].texels)
+    }
+
     /// The highest level of detail that there is.
     pub(super) fn coarsest(&self) -> f64 {
         (self.levels.len() - 1) as f64

@@ -3,16 +3,23 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use flaneur_scene::{ImageId, ImageUpdate};
+use flaneur_scene::{ImageId, ImageUpdate, View};
 use glam::DVec3;
 
 use super::discs::Point;
+use super::exposure::{self, Exposed};
 use super::photograph::{Photograph, Seen};
 use super::triangles::Triangles;
 use crate::Settings;
+use crate::frustum::Frustum;
+use crate::pinhole::Pinhole;
 use crate::shade::photograph::{closeness, mark, rig_weight};
 use crate::shade::reference::{edge_weight, feather_weight, mask_weight, park_weight};
 use crate::surface::reference::Shown;
+
+/// Of the ideal picture behind a distorted view, whose field of view alone matters here.
+const MAX_SIDE: u32 = 8192;
+const MAX_PIXELS: u64 = 1 << 25;
 
 /// The photographs that may colour the pixels of one eye.
 #[derive(Debug)]
@@ -28,7 +35,15 @@ struct Rig<'a> {
     weight: f64,
     /// Squared distance from the eye to its nearest camera, metres.
     nearest_2: f64,
-    cameras: Vec<(&'a ImageId, Photograph<'a>)>,
+    cameras: Vec<Camera<'a>>,
+}
+
+#[derive(Debug)]
+struct Camera<'a> {
+    id: &'a ImageId,
+    photograph: Photograph<'a>,
+    /// Factors of its linear colours.
+    gain: DVec3,
 }
 
 /// Linear colours of a place, blended.
@@ -40,14 +55,15 @@ pub(super) struct Blend {
 }
 
 impl<'a> Rigs<'a> {
-    /// The rigs nearest to `eye`, nearest first.
+    /// The rigs nearest to the eye of `view`, nearest first.
     pub(super) fn new(
         images: &'a BTreeMap<ImageId, Arc<ImageUpdate>>,
-        eye: DVec3,
+        view: &View,
         settings: &Settings,
         mesh: &'a Triangles,
         points: &[Point],
     ) -> Self {
+        let eye = view.eye();
         let mut by_rig: BTreeMap<&str, Vec<&ImageUpdate>> = BTreeMap::new();
         for (id, image) in images {
             by_rig.entry(id.panorama()).or_default().push(image);
@@ -61,7 +77,7 @@ impl<'a> Rigs<'a> {
             .collect();
         nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
         let left_out_m = nearest.get(settings.rigs).map_or(f64::INFINITY, |rig| rig.0.sqrt());
-        let rigs = nearest
+        let mut rigs: Vec<Rig<'_>> = nearest
             .into_iter()
             .take(settings.rigs)
             .map(|(nearest_2, images)| Rig {
@@ -72,12 +88,22 @@ impl<'a> Rigs<'a> {
                     .filter_map(|image| {
                         let side = settings.depth_map_side;
                         let points = if settings.refine_by_points { points } else { &[] };
-                        Some((&image.id, Photograph::new(image, side, mesh, points)?))
+                        let photograph = Photograph::new(image, side, mesh, points)?;
+                        Some(Camera { id: &image.id, photograph, gain: DVec3::ONE })
                     })
                     .collect(),
             })
             .collect();
+        if settings.exposure_gains {
+            expose(&mut rigs, view);
+        }
         Self { eye, rigs, depth_test: settings.depth_test }
+    }
+
+    #[cfg(test)]
+    pub(super) fn gains(&self) -> Vec<(ImageId, DVec3)> {
+        let cameras = self.rigs.iter().flat_map(|rig| &rig.cameras);
+        cameras.map(|camera| (camera.id.clone(), camera.gain)).collect()
     }
 
     /// What the best camera of each rig says about a place (world), together; `None` where none
@@ -85,7 +111,8 @@ impl<'a> Rigs<'a> {
     pub(super) fn blend(&self, position: DVec3, shown: &Shown, pixels_per_m: f64) -> Option<Blend> {
         let (mut sum, mut colours, mut marks) = (0.0, DVec3::ZERO, DVec3::ZERO);
         for rig in &self.rigs {
-            let Some((score, id, photograph, seen)) = rig.best(position, self.eye) else {
+            let Some((score, Camera { id, photograph, gain }, seen)) = rig.best(position, self.eye)
+            else {
                 continue;
             };
             let visible =
@@ -98,7 +125,7 @@ impl<'a> Rigs<'a> {
                 * rig.weight;
             if weight > 0.0 {
                 sum += weight;
-                colours += colour * weight;
+                colours += colour * *gain * weight;
                 marks += DVec3::from_array(mark(id).map(f64::from)) * weight;
             }
         }
@@ -109,16 +136,39 @@ impl<'a> Rigs<'a> {
 impl Rig<'_> {
     /// The camera that sees a place best, and its score: furthest inside its border, unless the
     /// eye is so close that it is in one camera rather than in the others. Of equals the first.
-    fn best(&self, position: DVec3, eye: DVec3) -> Option<(f64, &ImageId, &Photograph<'_>, Seen)> {
-        let mut best: Option<(f64, &ImageId, &Photograph<'_>, Seen)> = None;
-        for (id, photograph) in &self.cameras {
-            let Some(seen) = photograph.sees(position) else { continue };
-            let distance_2 = photograph.centre().distance_squared(eye);
+    fn best(&self, position: DVec3, eye: DVec3) -> Option<(f64, &Camera<'_>, Seen)> {
+        let mut best: Option<(f64, &Camera<'_>, Seen)> = None;
+        for camera in &self.cameras {
+            let Some(seen) = camera.photograph.sees(position) else { continue };
+            let distance_2 = camera.photograph.centre().distance_squared(eye);
             let score = seen.border * closeness(distance_2, self.nearest_2);
             if best.as_ref().is_none_or(|(other, ..)| score > *other) {
-                best = Some((score, id, photograph, seen));
+                best = Some((score, camera, seen));
             }
         }
         best
+    }
+}
+
+/// Gives those of the photographs that can see something of the view the gains on which they agree.
+fn expose(rigs: &mut [Rig<'_>], view: &View) {
+    let Some(pinhole) = Pinhole::for_view(&view.camera.lens, MAX_SIDE, MAX_PIXELS) else { return };
+    let frustum = Frustum::of_view(view, &pinhole);
+    let is_used = |camera: &Camera<'_>| camera.photograph.frustum().meets(&frustum);
+    let used: Vec<Exposed<'_, '_>> = rigs
+        .iter()
+        .flat_map(|rig| rig.cameras.iter().map(move |camera| (rig, camera)))
+        .filter(|(_, camera)| is_used(camera))
+        .map(|(rig, camera)| Exposed {
+            photograph: &camera.photograph,
+            nearest_2: rig.nearest_2,
+            rig_weight: rig.weight,
+        })
+        .collect();
+    let mut gains = exposure::gains(&used).into_iter();
+    for camera in rigs.iter_mut().flat_map(|rig| &mut rig.cameras) {
+        if is_used(camera) {
+            camera.gain = gains.next().unwrap_or(DVec3::ONE);
+        }
     }
 }

@@ -19,6 +19,9 @@ use crate::{Frame, Mode, Renderer, Settings, SplatNormals};
 #[path = "../../tests/common/mod.rs"]
 mod common;
 
+mod gains;
+mod levels;
+
 use common::{Street, camera, image_update, keep, mesh_update, points_update, with_lens};
 
 const SIZE: UVec2 = UVec2::new(240, 180);
@@ -56,7 +59,7 @@ fn view(origin: DVec3) -> PosedCamera {
     camera(origin, [-0.8, 0.5, 1.8], 88.0, 3.0, 60.0, SIZE)
 }
 
-/// The reference knows no gains and infers nothing.
+/// What the passes that are compared apart would change.
 fn settings() -> Settings {
     Settings { align: false, exposure_gains: false, infer: false, ..Settings::default() }
 }

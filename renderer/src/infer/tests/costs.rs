@@ -3,10 +3,11 @@
 use glam::UVec2;
 use wgpu::BindingResource::TextureView as Texture;
 
-use super::device::{Channels, draw, inference, layers, pass, uniform};
+use super::device::{inference, pass};
 use super::{BACKDROP, BETWEEN, noise};
 use crate::infer::gpu_data;
 use crate::infer::reference::{Field, cells, disagreement, window};
+use crate::kernel_tests::channels::{Channels, draw, layers, uniform};
 use crate::tolerances::COST;
 
 const CELLS: UVec2 = UVec2::new(19, 13);

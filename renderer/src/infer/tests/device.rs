@@ -1,100 +1,14 @@
-//! Runs the passes over the grid, as they are, on small textures.
+//! What the passes over the grid are run with.
 
 use glam::UVec2;
-use wgpu::util::DeviceExt as _;
 
-use crate::infer::reference::Field;
 use crate::infer::{gpu_data, sources};
-use crate::kernel_tests::{gpu, read};
-use crate::screen::{ScreenPass, screen_pass_with};
-
-/// A texture of some channels of f32.
-#[derive(Debug)]
-pub(super) struct Channels<const N: usize> {
-    texture: wgpu::Texture,
-    size: UVec2,
-}
-
-impl<const N: usize> Channels<N> {
-    pub(super) fn new(size: UVec2) -> Self {
-        let texture = gpu().device.create_texture(&description::<N>(size));
-        Self { texture, size }
-    }
-
-    pub(super) fn holding(field: &Field<[f32; N]>) -> Self {
-        let texture = gpu().device.create_texture_with_data(
-            &gpu().queue,
-            &description::<N>(field.size),
-            wgpu::util::TextureDataOrder::LayerMajor,
-            bytemuck::cast_slice(field.values.as_flattened()),
-        );
-        Self { texture, size: field.size }
-    }
-
-    pub(super) fn view(&self) -> wgpu::TextureView {
-        self.texture.create_view(&Default::default())
-    }
-
-    pub(super) fn read(&self) -> Field<[f32; N]> {
-        let texel = 4 * N as u32;
-        let stride = (self.size.x * texel).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let rows = gpu().device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: u64::from(stride * self.size.y),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
-            mapped_at_creation: false,
-        });
-        let mut encoder = gpu().device.create_command_encoder(&Default::default());
-        encoder.copy_texture_to_buffer(
-            self.texture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo {
-                buffer: &rows,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(stride),
-                    rows_per_image: None,
-                },
-            },
-            self.texture.size(),
-        );
-        let floats: Vec<f32> = read(encoder, &rows);
-        Field::new(self.size, |cell| {
-            let first = (cell.y * stride + cell.x * texel) as usize / 4;
-            std::array::from_fn(|i| floats[first + i])
-        })
-    }
-}
-
-/// Fields of one size as the layers of a texture.
-pub(super) fn layers(fields: &[Field<[f32; 2]>]) -> wgpu::TextureView {
-    let values: Vec<[f32; 2]> = fields.iter().flat_map(|field| field.values.clone()).collect();
-    let mut description = description::<2>(fields[0].size);
-    description.size.depth_or_array_layers = fields.len() as u32;
-    let texture = gpu().device.create_texture_with_data(
-        &gpu().queue,
-        &description,
-        wgpu::util::TextureDataOrder::LayerMajor,
-        bytemuck::cast_slice(&values),
-    );
-    texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
-        ..Default::default()
-    })
-}
+use crate::kernel_tests::channels;
+use crate::screen::ScreenPass;
 
 /// The pass of that name, with values for its override constants, into `N` channels of f32.
 pub(super) fn pass<const N: usize>(name: &str, constants: &[(&str, f64)]) -> ScreenPass {
-    let source = sources().into_iter().find(|(label, _)| *label == name);
-    let (label, wgsl) = source.expect("a pass of this name");
-    screen_pass_with(gpu(), label, &wgsl, &[format::<N>()], constants)
-}
-
-pub(super) fn uniform<T: bytemuck::Pod>(value: &T) -> wgpu::Buffer {
-    gpu().device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: None,
-        contents: bytemuck::bytes_of(value),
-        usage: wgpu::BufferUsages::UNIFORM,
-    })
+    channels::pass::<N>(sources(), name, constants)
 }
 
 /// A grid whose cells are 4 pixels wide, with hypotheses between the backdrop and the diffused
@@ -110,40 +24,5 @@ pub(super) fn inference(cells: UVec2, between: u32, backdrop: f32) -> gpu_data::
         backdrop,
         has_before: 0,
         padding: [0; 2],
-    }
-}
-
-/// Draws one pass.
-pub(super) fn draw(
-    pass: &ScreenPass,
-    bindings: Vec<wgpu::BindingResource<'_>>,
-    target: &wgpu::TextureView,
-) {
-    let mut encoder = gpu().device.create_command_encoder(&Default::default());
-    pass.draw(gpu(), &mut encoder, bindings, &[target]);
-    gpu().queue.submit([encoder.finish()]);
-}
-
-fn format<const N: usize>() -> wgpu::TextureFormat {
-    match N {
-        1 => wgpu::TextureFormat::R32Float,
-        2 => wgpu::TextureFormat::Rg32Float,
-        _ => wgpu::TextureFormat::Rgba32Float,
-    }
-}
-
-fn description<const N: usize>(size: UVec2) -> wgpu::TextureDescriptor<'static> {
-    wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: format::<N>(),
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-            | wgpu::TextureUsages::TEXTURE_BINDING
-            | wgpu::TextureUsages::COPY_DST
-            | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
     }
 }

@@ -4,6 +4,8 @@ use wgpu::util::DeviceExt as _;
 
 use crate::Gpu;
 
+pub(crate) mod channels;
+
 /// The device that all tests of this crate share.
 pub(crate) fn gpu() -> &'static Gpu {
     static GPU: std::sync::OnceLock<Gpu> = std::sync::OnceLock::new();
