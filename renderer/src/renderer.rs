@@ -455,6 +455,12 @@ impl Renderer {
         self.targets.as_ref().map(|targets| &targets.records.positions)
     }
 
+    /// How the photographs of the last frame were made to agree.
+    #[cfg(test)]
+    pub(crate) fn align_pass(&self) -> &AlignPass {
+        &self.align_pass
+    }
+
     /// The factors of a photograph's linear colours in the last frame.
     #[cfg(test)]
     pub(crate) fn last_gain(&self, id: &flaneur_scene::ImageId) -> DVec3 {

@@ -163,3 +163,23 @@ pub const OVERLAP_LOGARITHM: f64 = 1e-6;
 /// Solved logarithms of gains against f64, where a direct solution and one that is approached
 /// until it stands still to 1e-12 differ by what was left to approach.
 pub const SOLVED_LOGARITHM: f64 = 1e-8;
+
+/// A displacement between two photographs against f64, of the same brightnesses, pixels: sums of 49
+/// products in f32 are good to 1e-6 of themselves, and so are steps of up to a cell of 8 pixels.
+pub const ALIGNED_PX: f64 = 1e-4;
+
+/// The same where each looks the photographs up by itself, for [`ALIGNED_SHARE`] of the cells:
+/// brightnesses that are off by [`SIGHT_BRIGHTNESS`] are a twentieth of what patterns differ by, and
+/// displacements of 3 pixels follow.
+pub const ALIGNED_APART_PX: f64 = 0.15;
+
+/// The other cells lie beside one that only one of the two decides to be seen.
+pub const ALIGNED_SHARE: f64 = 0.99;
+
+/// How bright a photograph shows a cell, square root of linear, against f64: the cell is looked up
+/// three levels down, see [`HALVED_255`], and a byte is 0.004 of a middle grey.
+pub const SIGHT_BRIGHTNESS: f64 = 0.01;
+
+/// Share of the cells that must be so: whether one is seen is decided, where a surface ends, by the
+/// rounding of its depth.
+pub const SIGHT_SHARE: f64 = 0.999;

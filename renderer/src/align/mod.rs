@@ -9,6 +9,7 @@
 //! Equations and reasons are in reference.rs.
 
 use flaneur_scene::View;
+use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
 use crate::camera::gpu_data::Camera;
@@ -20,8 +21,7 @@ use crate::targets::Targets;
 use crate::{Gpu, infer, shade};
 
 mod level;
-#[cfg(test)]
-mod reference;
+pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
 
@@ -48,7 +48,7 @@ const LEAST_CELLS: u32 = 20;
 /// share: where they change places nothing is displaced, so that nothing jumps.
 const APART: f64 = 0.25;
 /// Share of their weight that the other rigs lose where two are aligned in full.
-const ALONE: f32 = 0.95;
+pub(crate) const ALONE: f64 = 0.95;
 
 pub(crate) mod gpu_data {
     /// Mirrors `Alignment` in alignment.wgsl.
@@ -141,7 +141,7 @@ impl AlignPass {
         let pass = |(label, wgsl): (&'static str, String), formats: &[wgpu::TextureFormat]| {
             screen_pass(gpu, label, &wgsl, formats)
         };
-        let one = |format| level::texture(gpu, glam::UVec2::ONE, format);
+        let one = |format| level::texture(gpu, UVec2::ONE, format);
         Self {
             sight: SightPass::new(
                 gpu,
@@ -252,17 +252,31 @@ impl AlignPass {
         self.levels.first().map_or(1, |level| level.grid.step)
     }
 
+    /// The textures of each level, finest first: what both rigs show, and the displacement.
+    #[cfg(test)]
+    pub(crate) fn last_levels(&self) -> impl Iterator<Item = (Grid, [&wgpu::TextureView; 3])> {
+        self.levels.iter().map(|level| {
+            let [first, second] = &level.sights;
+            (level.grid, [first, second, &level.smoothed])
+        })
+    }
+
     fn resize(&mut self, gpu: &Gpu, view: &View) -> Option<()> {
-        let max_side = gpu.device.limits().max_texture_dimension_2d;
-        let finest = Grid::alone(view.size(), max_side)?;
-        if self.levels.first().is_none_or(|level| level.grid != finest) {
-            let grids = (0..LEVELS).map(|times| finest.coarser(times));
-            let grids = grids.filter(|g| *g == finest || g.cells.min_element() >= LEAST_CELLS);
-            self.levels = grids.map(|grid| Level::new(gpu, grid)).collect();
+        let grids = grids(view.size(), gpu.device.limits().max_texture_dimension_2d);
+        let finest = grids.first()?;
+        if self.levels.first().is_none_or(|level| level.grid != *finest) {
             self.offsets = level::texture(gpu, finest.cells, OFFSET_FORMAT);
+            self.levels = grids.into_iter().map(|grid| Level::new(gpu, grid)).collect();
         }
         Some(())
     }
+}
+
+/// The levels for a picture, finest first, of textures of at most `max_side`.
+pub(crate) fn grids(picture: UVec2, max_side: u32) -> Vec<Grid> {
+    let Some(finest) = Grid::alone(picture, max_side) else { return Vec::new() };
+    let grids = (0..LEVELS).map(|times| finest.coarser(times));
+    grids.filter(|g| *g == finest || g.cells.min_element() >= LEAST_CELLS).collect()
 }
 
 /// Gives each photograph of the two nearest rigs its share of the offsets. The others, which show
@@ -275,7 +289,7 @@ pub(crate) fn share_out(photographs: &mut [Drawn], shares: Shares, step: u32) {
                 drawn.data.shift = (part * shares.applied) as f32;
                 drawn.data.shift_step = step as f32;
             } else {
-                drawn.data.rig_weight *= 1.0 - ALONE * shares.applied as f32;
+                drawn.data.rig_weight *= (1.0 - ALONE * shares.applied) as f32;
             }
         }
     }

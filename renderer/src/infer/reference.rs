@@ -21,7 +21,9 @@
 //! the median of a cell and its eight neighbours, which the border repeats.
 
 use flaneur_scene::PosedCamera;
-use glam::{DVec2, DVec3, UVec2};
+use glam::{DVec3, UVec2};
+
+use crate::reference::field::{Field, cells};
 
 const WORST: f64 = 0.12;
 const UNSEEN: f64 = 0.08;
@@ -29,32 +31,11 @@ const REACH: u32 = 5;
 const PRIOR: f64 = 0.004;
 const KEPT: f64 = 0.004;
 
-/// Values of the cells of a grid, row by row.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Field<T> {
-    pub(crate) size: UVec2,
-    pub(crate) values: Vec<T>,
-}
-
-impl<T: Copy> Field<T> {
-    pub(crate) fn new(size: UVec2, value: impl FnMut(UVec2) -> T) -> Self {
-        Self { size, values: cells(size).map(value).collect() }
-    }
-
-    pub(crate) fn at(&self, cell: UVec2) -> T {
-        self.values[(cell.y * self.size.x + cell.x) as usize]
-    }
-}
-
 /// A value with its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Known {
     pub(crate) value: f64,
     pub(crate) weight: f64,
-}
-
-pub(crate) fn cells(size: UVec2) -> impl Iterator<Item = UVec2> {
-    (0..size.y).flat_map(move |y| (0..size.x).map(move |x| UVec2::new(x, y)))
 }
 
 /// The inverse range of every cell, 1/m, from that of the cells where it is known.
@@ -69,7 +50,7 @@ pub(crate) fn diffused(known: &Field<Known>, backdrop: f64) -> Field<f64> {
     Field::new(known.size, |cell| {
         let Known { value, weight } = known.at(cell);
         let weight = if alone && weight > 0.0 { 1.0 } else { weight };
-        weight * value + (1.0 - weight) * between(&coarser, (cell.as_dvec2() + 0.5) / 2.0)
+        weight * value + (1.0 - weight) * coarser.between((cell.as_dvec2() + 0.5) / 2.0)
     })
 }
 
@@ -158,15 +139,4 @@ fn pulled(finer: &Field<Known>) -> Field<Known> {
         let value = if weight > 0.0 { sum / weight } else { 0.0 };
         Known { value, weight: weight.min(1.0) }
     })
-}
-
-/// The field at a place, in cells from the first one's corner.
-fn between(field: &Field<f64>, place: DVec2) -> f64 {
-    let place = place.clamp(DVec2::splat(0.5), field.size.as_dvec2() - 0.5);
-    cells(field.size)
-        .map(|cell| {
-            let share = 1.0 - (place - (cell.as_dvec2() + 0.5)).abs().min(DVec2::ONE);
-            share.element_product() * field.at(cell)
-        })
-        .sum()
 }

@@ -5,9 +5,10 @@ use glam::{DVec3, UVec2};
 use wgpu::BindingResource::TextureView as Texture;
 
 use self::device::{inference, pass};
-use super::reference::{Field, Known, Past, chosen, diffused, hypothesis, judged, median};
+use super::reference::{Known, Past, chosen, diffused, hypothesis, judged, median};
 use super::{Grid, before_data, gpu_data};
 use crate::kernel_tests::channels::{Channels, draw, uniform};
+use crate::reference::field::{Field, cells};
 use crate::tolerances::{CHOICE_INDEX, DIFFUSION_RELATIVE, LENS_PX, SETTLED_RELATIVE};
 
 mod costs;
@@ -218,7 +219,7 @@ fn the_choice_agrees_with_its_reference() {
     for past in [None, Some(&past)] {
         let found = all.chosen_on_device(past.is_some());
         let (mut compared, mut asked) = (0, 0);
-        for cell in super::reference::cells(CELLS) {
+        for cell in cells(CELLS) {
             let [found] = found.at(cell).map(f64::from);
             if all.rays.at(cell)[3] > 0.5 {
                 assert_eq!(found, f64::from(BETWEEN + 1), "{cell} is known");
@@ -251,7 +252,7 @@ fn lone_choices_settle_as_the_reference_says() {
     draw(&pass::<1>("settle", &[]), bindings, &found.view());
     let found = found.read();
     let chosen = Field::new(size, |cell| f64::from(chosen.at(cell)[0]));
-    for cell in super::reference::cells(size) {
+    for cell in cells(size) {
         let [found] = found.at(cell).map(f64::from);
         let [diffused] = diffused.at(cell).map(f64::from);
         let index = median(&chosen, cell);

@@ -4,7 +4,8 @@ use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
 use super::{gpu, read};
-use crate::infer::reference::Field;
+use crate::infer::WHOLE_WGSL;
+use crate::reference::field::Field;
 use crate::screen::{ScreenPass, screen_pass_with};
 
 /// A texture of some channels of f32.
@@ -62,6 +63,22 @@ impl<const N: usize> Channels<N> {
             std::array::from_fn(|i| floats[first + i])
         })
     }
+}
+
+/// The texels of a texture of floats, which no pass has to have copied from.
+pub(crate) fn texels(view: &wgpu::TextureView) -> Field<[f32; 4]> {
+    const LOAD: &str = "
+@group(0) @binding(0) var image: texture_2d<f32>;
+
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    return textureLoad(image, vec2<i32>(at.xy), 0);
+}";
+    let size = view.texture().size();
+    let found = Channels::<4>::new(UVec2::new(size.width, size.height));
+    let load = pass::<4>([("load", [WHOLE_WGSL, LOAD].concat())], "load", &[]);
+    draw(&load, vec![wgpu::BindingResource::TextureView(view)], &found.view());
+    found.read()
 }
 
 /// Fields of one size as the layers of a texture.

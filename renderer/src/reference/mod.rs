@@ -22,40 +22,41 @@
 //! Frames follow no other: exposure gains are those to which photographs on display would go over
 //! some frames.
 //!
-//! Not part of it: colours inferred where there is no geometry, the alignment of photographs (switch
-//! both off to compare), and the lines of [`Mode::Wireframe`], which are a pixel of the device's raster wide.
+//! Not part of it: colours inferred where there is no geometry (switch that off to compare), and the
+//! lines of [`Mode::Wireframe`], which are a pixel of the device's raster wide.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use flaneur_scene::{
-    Distortion, ImageId, ImageUpdate, MeshTile, PointChunk, PointNodeId, SceneUpdate, TileKey,
-    View, ViewProjection,
+    ImageId, ImageUpdate, MeshTile, PointChunk, PointNodeId, SceneUpdate, TileKey, View,
+    ViewProjection,
 };
-use glam::{DVec2, DVec3, UVec2};
+use glam::{DVec3, UVec2};
 
-use crate::camera::nearest_depth;
-use crate::pinhole::MAX_TANGENT;
-use crate::surface::reference::{self as hybrid, DiscHit, MeshHit};
+#[cfg(test)]
+use crate::align::reference::Level;
 use crate::{Mode, Settings, Surface};
 
+mod alignment;
 mod boxes;
 mod colour;
 mod difference;
 mod discs;
 mod exposure;
+pub(crate) mod field;
 mod photograph;
 mod pyramid;
 mod rigs;
 mod srgb;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 mod triangles;
 
 pub use difference::Difference;
 
-use colour::What;
-use discs::{Discs, Point, Target};
+use alignment::Aligned;
 use rigs::Rigs;
 use triangles::Triangles;
 
@@ -132,6 +133,18 @@ impl Scene {
         }
     }
 
+    /// How bright each of the two nearest rigs shows the cells of the levels on which they are
+    /// aligned, finest first, and what comes of it.
+    #[cfg(test)]
+    fn aligned(&self, view: &View) -> Option<(Vec<Level>, Aligned)> {
+        let mesh = Triangles::new(self.mesh.values());
+        let points = discs::points(&self.points, &self.settings);
+        let rigs = Rigs::new(&self.images, view, &self.settings, &mesh, &points);
+        let shown = surfaces::shown(view, Mode::Hybrid, &mesh, &points);
+        let aligned = Aligned::new(view, &rigs, &shown)?;
+        Some((alignment::levels(view, &rigs, &shown), aligned))
+    }
+
     /// The factors of each photograph's linear colours in the picture of a view.
     #[cfg(test)]
     fn gains(&self, view: &View) -> Vec<(ImageId, DVec3)> {
@@ -144,112 +157,53 @@ impl Scene {
     pub fn render(&self, view: &View, mode: Mode) -> ReferenceFrame {
         let mesh = Triangles::new(self.mesh.values());
         let points = discs::points(&self.points, &self.settings);
-        let camera = &view.camera;
-        let intrinsics = camera.lens.intrinsics;
-        let focal = intrinsics.fx.min(intrinsics.fy);
-        let drawn: &[Point] = if mode == Mode::Mesh { &[] } else { &points };
-        let eye = Eye {
+        let rigs = Rigs::new(&self.images, view, &self.settings, &mesh, &points);
+        let shown = surfaces::shown(view, mode, &mesh, &points);
+        let aligned = (self.settings.align && view.projection == ViewProjection::Perspective)
+            .then(|| Aligned::new(view, &rigs, &shown))
+            .flatten();
+        let painter = Painter {
             view,
             mode,
             background: DVec3::from_array(self.settings.background.map(|c| f64::from(c) / 255.0)),
-            mesh: (!matches!(mode, Mode::Points | Mode::PointsColour)).then_some(&mesh),
-            points: &points,
-            discs: Discs::new(drawn, camera, focal, Target::View(view.projection)),
-            rigs: Rigs::new(&self.images, view, &self.settings, &mesh, &points),
+            rigs: &rigs,
+            aligned: aligned.as_ref(),
         };
-        let UVec2 { x: columns, y: rows } = view.size();
-        let pixels = (0..rows)
-            .flat_map(|y| (0..columns).map(move |x| UVec2::new(x, y).as_dvec2() + 0.5))
-            .map(|pixel| eye.pixel(pixel))
-            .collect();
-        ReferenceFrame { size: view.size(), pixels }
+        let pixels = field::cells(shown.size).map(|at| painter.pixel(at, &shown.at(at)));
+        ReferenceFrame { size: view.size(), pixels: pixels.collect() }
     }
 }
 
-/// Everything that one view sees.
-struct Eye<'a> {
+/// What colours the pixels of a view.
+struct Painter<'a> {
     view: &'a View,
     mode: Mode,
     background: DVec3,
-    mesh: Option<&'a Triangles>,
-    points: &'a [Point],
-    discs: Discs,
-    rigs: Rigs<'a>,
+    rigs: &'a Rigs<'a>,
+    aligned: Option<&'a Aligned>,
 }
 
-impl Eye<'_> {
-    fn pixel(&self, pixel: DVec2) -> Pixel {
-        let Some(in_camera) = self.ray(pixel) else {
-            return self.nothing(DVec3::ZERO);
+impl Painter<'_> {
+    fn pixel(&self, at: UVec2, pixel: &surfaces::Pixel) -> Pixel {
+        let ray = pixel.ray;
+        let Some(met) = &pixel.met else {
+            let (rgb, surface) = (self.background, Surface::Background);
+            return Pixel { rgb, surface, place: None, ray };
         };
-        let eye = self.view.eye();
-        let world_from_cam = self.view.camera.cam_from_world.transpose();
-        let origin = world_from_cam * in_camera.origin;
-        let direction = world_from_cam * in_camera.direction;
-        let near_m = nearest_depth(self.view.projection).into();
-        let world_ray = Ray { origin: eye + origin, direction };
-        let mesh = self.mesh.and_then(|mesh| mesh.first(&world_ray, near_m));
-        let disc = self.discs.first(&in_camera);
-        let mesh_hit = mesh.map(|hit| MeshHit {
-            depth_m: hit.depth_m,
-            normal: hit.normal,
-            uncertainty_m: hit.uncertainty_m,
-        });
-        let disc_hit = disc.map(|hit| {
-            let point = &self.points[hit.index];
-            let toward = match self.view.projection {
-                ViewProjection::Perspective => (eye - point.position).normalize_or_zero(),
-                ViewProjection::Orthographic => -direction,
-            };
-            DiscHit {
-                depth_m: hit.depth_m,
-                point: point.position - eye,
-                normal: point.disc_normal(toward),
-                has_normal: point.has_normal(),
-            }
-        });
-        let Some(shown) = hybrid::shown(origin, direction, mesh_hit, disc_hit) else {
-            return self.nothing(direction);
-        };
-        let what = match (shown.is_point, mesh, disc) {
-            (false, Some(hit), _) => {
-                What::Mesh { uncertainty_m: hit.uncertainty_m, class: hit.class }
-            }
-            (_, _, hit) => {
-                What::Point { colour: hit.and_then(|hit| self.points[hit.index].colour) }
-            }
-        };
-        let position = origin + direction * shown.depth_m;
-        let pixels_per_m = self.view.pixels_a_metre(shown.depth_m);
-        let blend = self.rigs.blend(eye + position, &shown, pixels_per_m);
-        let surface = match (shown.is_point, blend.is_some()) {
+        let (depth_m, normal) = (met.shown.depth_m, met.shown.normal);
+        let pixels_per_m = self.view.pixels_a_metre(depth_m);
+        let moves = self.aligned.map(|aligned| aligned.moves(at.as_dvec2() + 0.5, depth_m));
+        let position = self.view.eye() + met.position;
+        let blend = self.rigs.blend(position, &met.shown, pixels_per_m, moves);
+        let surface = match (met.shown.is_point, blend.is_some()) {
             (false, false) => Surface::MeshUncoloured,
             (false, true) => Surface::MeshColoured,
             (true, false) => Surface::PointUncoloured,
             (true, true) => Surface::PointColoured,
         };
-        let (depth_m, normal) = (shown.depth_m, shown.normal);
+        let what = met.what;
         let rgb = colour::colour(&colour::Pixel { depth_m, normal, what, blend }, self.mode);
-        let place = Some(Place { position, depth_m, normal });
-        Pixel { rgb, surface, place, ray: direction }
-    }
-
-    fn nothing(&self, ray: DVec3) -> Pixel {
-        Pixel { rgb: self.background, surface: Surface::Background, place: None, ray }
-    }
-
-    /// What a raw pixel position sees, camera frame. What lies more than 80° off the axis of a
-    /// distorted view is not drawn.
-    fn ray(&self, pixel: DVec2) -> Option<Ray> {
-        let lens = &self.view.camera.lens;
-        let direction = lens.unproject(pixel)?;
-        let off_axis = direction.truncate().abs().max_element();
-        let drawn = lens.distortion == Distortion::None || off_axis <= MAX_TANGENT;
-        drawn.then_some(match self.view.projection {
-            ViewProjection::Perspective => Ray { origin: DVec3::ZERO, direction },
-            ViewProjection::Orthographic => {
-                Ray { origin: direction.with_z(0.0), direction: DVec3::Z }
-            }
-        })
+        let place = Some(Place { position: met.position, depth_m, normal });
+        Pixel { rgb, surface, place, ray }
     }
 }

@@ -95,6 +95,12 @@ impl<'a> Photograph<'a> {
         (border > 0.0).then_some(Seen { position, pixel, border })
     }
 
+    /// What it sees of a place, looked up where another one (world) appears.
+    pub(super) fn displaced(&self, seen: &Seen, other: DVec3) -> Seen {
+        let pixel = self.lens.project(self.camera.cam_from_world(other));
+        Seen { pixel: pixel.unwrap_or(seen.pixel), ..*seen }
+    }
+
     /// Share of the four texels of the depth map around the place that see it, by bilinear
     /// weight.
     pub(super) fn visible_share(&self, shown: &Shown, seen: &Seen) -> f64 {
@@ -121,12 +127,12 @@ impl<'a> Photograph<'a> {
     }
 
     /// Linear colour and mask where the place appears, at the level of detail of a picture
-    /// that has `pixels_per_m` there.
-    pub(super) fn look_up(&self, seen: &Seen, pixels_per_m: f64) -> (DVec3, f64) {
+    /// that has `pixels_per_m` there and is halved `halved` times.
+    pub(super) fn look_up(&self, seen: &Seen, pixels_per_m: f64, halved: f64) -> (DVec3, f64) {
         let texels_per_m = self.lens.intrinsics.fy / seen.position.z;
         let lod = (texels_per_m / pixels_per_m).max(1.0).log2();
         let lod = if lod < LEAST_LOD { 0.0 } else { lod.min(self.pyramid.coarsest()) };
-        self.pyramid.at(seen.pixel, lod)
+        self.pyramid.at(seen.pixel, (lod + halved).min(self.pyramid.coarsest()))
     }
 }
 

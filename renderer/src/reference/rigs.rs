@@ -18,7 +18,7 @@ use crate::shade::reference::{edge_weight, feather_weight, mask_weight, park_wei
 use crate::surface::reference::Shown;
 
 /// Of the ideal picture behind a distorted view, whose field of view alone matters here.
-const MAX_SIDE: u32 = 8192;
+pub(super) const MAX_SIDE: u32 = 8192;
 const MAX_PIXELS: u64 = 1 << 25;
 
 /// The photographs that may colour the pixels of one eye.
@@ -35,6 +35,8 @@ struct Rig<'a> {
     weight: f64,
     /// Squared distance from the eye to its nearest camera, metres.
     nearest_2: f64,
+    /// Which it is of those that can see something of the view, if it can.
+    drawn: Option<usize>,
     cameras: Vec<Camera<'a>>,
 }
 
@@ -42,8 +44,19 @@ struct Rig<'a> {
 struct Camera<'a> {
     id: &'a ImageId,
     photograph: Photograph<'a>,
+    /// Whether it can see something of the view.
+    drawn: bool,
     /// Factors of its linear colours.
     gain: DVec3,
+}
+
+/// How photographs are displaced at a pixel, so that the nearest two rigs agree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moves {
+    /// From a place to where the nearest two rigs that can see something of the view have it, metres.
+    pub(super) offsets: [DVec3; 2],
+    /// Share of their weight that the others keep.
+    pub(super) others: f64,
 }
 
 /// Linear colours of a place, blended.
@@ -64,6 +77,8 @@ impl<'a> Rigs<'a> {
         points: &[Point],
     ) -> Self {
         let eye = view.eye();
+        let pinhole = Pinhole::for_view(&view.camera.lens, MAX_SIDE, MAX_PIXELS);
+        let frustum = pinhole.map(|pinhole| Frustum::of_view(view, &pinhole));
         let mut by_rig: BTreeMap<&str, Vec<&ImageUpdate>> = BTreeMap::new();
         for (id, image) in images {
             by_rig.entry(id.panorama()).or_default().push(image);
@@ -83,21 +98,56 @@ impl<'a> Rigs<'a> {
             .map(|(nearest_2, images)| Rig {
                 weight: rig_weight(nearest_2.sqrt(), left_out_m),
                 nearest_2,
+                drawn: None,
                 cameras: images
                     .into_iter()
                     .filter_map(|image| {
                         let side = settings.depth_map_side;
                         let points = if settings.refine_by_points { points } else { &[] };
                         let photograph = Photograph::new(image, side, mesh, points)?;
-                        Some(Camera { id: &image.id, photograph, gain: DVec3::ONE })
+                        let drawn = frustum.as_ref().is_some_and(|f| photograph.frustum().meets(f));
+                        Some(Camera { id: &image.id, photograph, drawn, gain: DVec3::ONE })
                     })
                     .collect(),
             })
             .collect();
+        let mut drawn = 0..;
+        for rig in &mut rigs {
+            rig.drawn =
+                rig.cameras.iter().any(|camera| camera.drawn).then(|| drawn.next()).flatten();
+        }
         if settings.exposure_gains {
-            expose(&mut rigs, view);
+            expose(&mut rigs);
         }
         Self { eye, rigs, depth_test: settings.depth_test }
+    }
+
+    /// From the eye to the rigs that can see something of the view, metres.
+    pub(super) fn drawn_m(&self) -> Vec<f64> {
+        self.drawn().map(|rig| rig.nearest_2.sqrt()).collect()
+    }
+
+    /// How bright the rig, of those that can see something of the view, shows a place (world) in a
+    /// picture that has `pixels_per_m` there, halved `halved` times; `None` where it does not see it.
+    pub(super) fn brightness(
+        &self,
+        rig: usize,
+        position: DVec3,
+        shown: &Shown,
+        pixels_per_m: f64,
+        halved: f64,
+    ) -> Option<f64> {
+        /// Masks this close to one have nothing hidden in them.
+        const OPAQUE: f64 = 0.999;
+        let (_, Camera { photograph, gain, .. }, seen) =
+            self.drawn().nth(rig)?.best(position, self.eye)?;
+        let (colour, inside) = photograph.look_up(&seen, pixels_per_m, halved);
+        let sees = photograph.visible_share(shown, &seen) > 0.5 && inside >= OPAQUE;
+        sees.then(|| brightness(colour * *gain))
+    }
+
+    fn drawn(&self) -> impl Iterator<Item = &Rig<'a>> {
+        self.rigs.iter().filter(|rig| rig.drawn.is_some())
     }
 
     #[cfg(test)]
@@ -108,21 +158,39 @@ impl<'a> Rigs<'a> {
 
     /// What the best camera of each rig says about a place (world), together; `None` where none
     /// of them sees it. `pixels_per_m` is the scale of the picture at the place.
-    pub(super) fn blend(&self, position: DVec3, shown: &Shown, pixels_per_m: f64) -> Option<Blend> {
+    /// `moves` are for photographs that are aligned.
+    pub(super) fn blend(
+        &self,
+        position: DVec3,
+        shown: &Shown,
+        pixels_per_m: f64,
+        moves: Option<Moves>,
+    ) -> Option<Blend> {
         let (mut sum, mut colours, mut marks) = (0.0, DVec3::ZERO, DVec3::ZERO);
         for rig in &self.rigs {
-            let Some((score, Camera { id, photograph, gain }, seen)) = rig.best(position, self.eye)
+            let (offset, share) = moves.map_or((DVec3::ZERO, 1.0), |moves| match rig.drawn {
+                Some(drawn @ (0 | 1)) => (moves.offsets[drawn], 1.0),
+                _ => (DVec3::ZERO, moves.others),
+            });
+            let Some((score, Camera { id, photograph, gain, .. }, seen)) =
+                rig.best(position, self.eye)
             else {
                 continue;
             };
             let visible =
                 if self.depth_test { photograph.visible_share(shown, &seen) } else { 1.0 };
-            let (colour, inside) = photograph.look_up(&seen, pixels_per_m);
+            let found = if offset == DVec3::ZERO {
+                seen
+            } else {
+                photograph.displaced(&seen, position + offset)
+            };
+            let (colour, inside) = photograph.look_up(&found, pixels_per_m, 0.0);
             let weight = park_weight(shown.normal, position, photograph.centre(), rig.nearest_2)
                 * feather_weight(score)
                 * mask_weight(inside)
                 * edge_weight(visible)
-                * rig.weight;
+                * rig.weight
+                * share;
             if weight > 0.0 {
                 sum += weight;
                 colours += colour * *gain * weight;
@@ -151,24 +219,24 @@ impl Rig<'_> {
 }
 
 /// Gives those of the photographs that can see something of the view the gains on which they agree.
-fn expose(rigs: &mut [Rig<'_>], view: &View) {
-    let Some(pinhole) = Pinhole::for_view(&view.camera.lens, MAX_SIDE, MAX_PIXELS) else { return };
-    let frustum = Frustum::of_view(view, &pinhole);
-    let is_used = |camera: &Camera<'_>| camera.photograph.frustum().meets(&frustum);
+fn expose(rigs: &mut [Rig<'_>]) {
     let used: Vec<Exposed<'_, '_>> = rigs
         .iter()
         .flat_map(|rig| rig.cameras.iter().map(move |camera| (rig, camera)))
-        .filter(|(_, camera)| is_used(camera))
+        .filter(|(_, camera)| camera.drawn)
         .map(|(rig, camera)| Exposed {
             photograph: &camera.photograph,
             nearest_2: rig.nearest_2,
             rig_weight: rig.weight,
         })
         .collect();
-    let mut gains = exposure::gains(&used).into_iter();
-    for camera in rigs.iter_mut().flat_map(|rig| &mut rig.cameras) {
-        if is_used(camera) {
-            camera.gain = gains.next().unwrap_or(DVec3::ONE);
-        }
-    }
+    let gains = exposure::gains(&used);
+    let drawn = rigs.iter_mut().flat_map(|rig| &mut rig.cameras).filter(|camera| camera.drawn);
+    drawn.zip(gains).for_each(|(camera, gain)| camera.gain = gain);
+}
+
+/// About as bright as a linear colour looks.
+fn brightness(linear: DVec3) -> f64 {
+    // The weights of luminance of IEC 61966-2-1.
+    linear.dot(DVec3::new(0.2126, 0.7152, 0.0722)).max(0.0).sqrt()
 }

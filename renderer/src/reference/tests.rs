@@ -19,6 +19,7 @@ use crate::{Frame, Mode, Renderer, Settings, SplatNormals};
 #[path = "../../tests/common/mod.rs"]
 mod common;
 
+mod alignment;
 mod gains;
 mod levels;
 

@@ -6,8 +6,9 @@ use wgpu::BindingResource::TextureView as Texture;
 use super::device::{inference, pass};
 use super::{BACKDROP, BETWEEN, noise};
 use crate::infer::gpu_data;
-use crate::infer::reference::{Field, cells, disagreement, window};
+use crate::infer::reference::{disagreement, window};
 use crate::kernel_tests::channels::{Channels, draw, layers, uniform};
+use crate::reference::field::{Field, cells};
 use crate::tolerances::COST;
 
 const CELLS: UVec2 = UVec2::new(19, 13);
