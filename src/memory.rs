@@ -3,7 +3,9 @@
 use std::str::FromStr;
 
 use clap::Args;
+use flaneur_renderer::MemoryReport;
 use flaneur_streamer::Budget;
+use serde::{Serialize, Serializer};
 
 /// Memory that a command may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +46,25 @@ impl GpuMemory {
             points: budget.points.min(for_points / 24),
             ..budget
         }
+    }
+}
+
+/// Bytes that renderers hold on the graphics device, by kind and in all, as reports give them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct HeldMemory(pub(crate) MemoryReport);
+
+impl HeldMemory {
+    /// Takes `held` where that is more in all.
+    pub(crate) fn raise_to(&mut self, held: MemoryReport) {
+        if held.total() > self.0.total() {
+            self.0 = held;
+        }
+    }
+}
+
+impl Serialize for HeldMemory {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_map(self.0.kinds().into_iter().chain([("total", self.0.total())]))
     }
 }
 

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use flaneur_renderer::Applied;
 use flaneur_scene::SceneInfo;
 use flaneur_services::store::{Catalog, Store, StoreError};
-use flaneur_streamer::{Client, StreamError, Streamer};
+use flaneur_streamer::{Client, Events, StreamError, Streamer};
 use tonic::transport::{Channel, Endpoint};
 use url::Url;
 
@@ -12,6 +13,12 @@ use crate::exit::Exit;
 
 /// How long a server may take to accept a connection.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Tells the streamer what a renderer did by itself to make room.
+pub(crate) fn note(events: &mut Events<'_>, applied: &Applied) {
+    applied.evicted.iter().for_each(|dropped| events.note(dropped));
+    applied.coarser.iter().for_each(|(id, level)| events.note_level(id, *level));
+}
 
 /// A connection to scenes. A store is reached through the same services as a server, in
 /// process, so that nothing downstream can tell them apart.

@@ -99,7 +99,7 @@ pub enum RenderError {
     },
     /// The picture does not fit into the device's memory beside the scene.
     #[error(
-        "the picture needs {needed} bytes beside the scene's {held}, of {budget}: render a smaller one, or raise the budget of device memory"
+        "the picture needs {needed} bytes beside the scene's {held}, of {most}: render a smaller one, or allow more device memory"
     )]
     ViewMemory {
         /// Bytes that the picture needs.
@@ -107,6 +107,6 @@ pub enum RenderError {
         /// Bytes that the scene holds.
         held: u64,
         /// Bytes allowed in all.
-        budget: u64,
+        most: u64,
     },
 }

@@ -1,10 +1,10 @@
 //! How much of the device's memory a renderer holds, and may hold.
 
-use flaneur_scene::SceneUpdate;
+use flaneur_scene::{ImageId, SceneUpdate};
 
-/// Bytes of buffers and textures that are kept between frames, by what they hold. What a frame
-/// needs for itself alone (lists of what is drawn, uniforms) is not among them, nor are the grids of
-/// inference and alignment.
+/// Bytes of buffers and textures that are kept between frames, by what they hold. What is made anew
+/// for every frame and given back after it (lists of what is drawn, uniforms) is not among them: some
+/// eight bytes for every 256 points, and for every photograph and tile of 32×32 pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MemoryReport {
     /// Pages of points, whether in use or free.
@@ -15,15 +15,68 @@ pub struct MemoryReport {
     pub photographs: u64,
     /// The photographs' depth maps.
     pub depth_maps: u64,
+    /// The list of discs that are drawn as quads.
+    pub large_discs: u64,
     /// What a picture of the last size is drawn into.
     pub targets: u64,
+    /// The grid on which depths are inferred.
+    pub inference: u64,
+    /// The grids on which photographs are aligned.
+    pub alignment: u64,
+    /// Sprites of points, where those are not textured by the deferred way.
+    pub sprites: u64,
+    /// What exposure gains are measured with.
+    pub gains: u64,
 }
 
 impl MemoryReport {
     /// All of it.
     pub fn total(&self) -> u64 {
-        let Self { points, mesh, photographs, depth_maps, targets } = *self;
-        points + mesh + photographs + depth_maps + targets
+        self.kinds().iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Each kind's name and bytes.
+    pub fn kinds(&self) -> [(&'static str, u64); 10] {
+        let Self { points, mesh, photographs, depth_maps, large_discs, .. } = *self;
+        let Self { targets, inference, alignment, sprites, gains, .. } = *self;
+        [
+            ("points", points),
+            ("mesh", mesh),
+            ("photographs", photographs),
+            ("depth_maps", depth_maps),
+            ("large_discs", large_discs),
+            ("targets", targets),
+            ("inference", inference),
+            ("alignment", alignment),
+            ("sprites", sprites),
+            ("gains", gains),
+        ]
+    }
+
+    /// What is kept whether or not a picture is drawn.
+    pub(crate) fn of_scene(&self) -> u64 {
+        let Self { points, mesh, photographs, depth_maps, large_discs, .. } = *self;
+        points + mesh + photographs + depth_maps + large_discs
+    }
+}
+
+impl std::ops::Add for MemoryReport {
+    type Output = Self;
+
+    /// What two renderers hold.
+    fn add(self, other: Self) -> Self {
+        Self {
+            points: self.points + other.points,
+            mesh: self.mesh + other.mesh,
+            photographs: self.photographs + other.photographs,
+            depth_maps: self.depth_maps + other.depth_maps,
+            large_discs: self.large_discs + other.large_discs,
+            targets: self.targets + other.targets,
+            inference: self.inference + other.inference,
+            alignment: self.alignment + other.alignment,
+            sprites: self.sprites + other.sprites,
+            gains: self.gains + other.gains,
+        }
     }
 }
 
@@ -34,6 +87,7 @@ pub(crate) struct Shares {
     pub(crate) points: u64,
     pub(crate) depth_maps: u64,
     pub(crate) mesh: u64,
+    pub(crate) large_discs: u64,
 }
 
 impl Shares {
@@ -45,6 +99,7 @@ impl Shares {
             points: 3 * sixteenth,
             depth_maps: 2 * sixteenth,
             mesh: sixteenth,
+            large_discs: sixteenth / 8,
         }
     }
 }
@@ -55,9 +110,19 @@ pub struct Applied {
     /// What is not resident any more to make room, as the updates that would have dropped it.
     /// Whoever keeps account of what is resident must be told.
     pub evicted: Vec<SceneUpdate>,
-    /// Whether the update itself found no room: all else is more useful. What it was to replace is
-    /// gone, too, and among the evicted.
+    /// Photographs that are resident at a coarser level than they came with, and that level: those
+    /// that made room, and the one that was refused where it is there already.
+    pub coarser: Vec<(ImageId, u32)>,
+    /// Whether the update itself found no room: all else is more useful. Points and meshes that it
+    /// was to replace are gone, too, and among the evicted; a photograph stays as it was.
     pub refused: bool,
+}
+
+/// Bytes of a texture of one level that is `size` texels large.
+pub(crate) fn of_texels(format: wgpu::TextureFormat, size: glam::UVec2, layers: u32) -> u64 {
+    let (width, height) = (size.x, size.y);
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: layers };
+    format.theoretical_memory_footprint(size)
 }
 
 /// Bytes of a texture with all its layers and levels, without what a driver adds.

@@ -12,7 +12,7 @@ use crate::frustum::Frustum;
 use crate::gains::Gains;
 use crate::infer::{self, Evidence, InferPass};
 use crate::mesh::{MeshPass, MeshStore};
-use crate::photographs::{PhotographStore, camera_fault};
+use crate::photographs::{Crowded, PhotographStore, camera_fault};
 use crate::pinhole::Pinhole;
 use crate::points::{BLOCK_POINTS, DrawList, PointStore};
 use crate::shade::photograph::{Drawn, mark};
@@ -22,7 +22,11 @@ use crate::stages::{PassTime, Stages};
 use crate::surface::{self, SurfacePass};
 use crate::targets::Targets;
 use crate::tiles::{self, TilePass};
-use crate::{Applied, Gpu, MemoryReport, Mode, RenderError, Settings, Texturing, depths, lens};
+use crate::{Applied, Gpu, Mode, RenderError, Settings, Texturing, depths, lens};
+
+mod room;
+
+use room::Picture;
 
 /// Most pixels of a picture, and of the G-buffer behind it: a word each fits a storage
 /// binding of 128 MiB.
@@ -179,14 +183,23 @@ impl Renderer {
                 self.points_removed(&removed);
             }
             SceneUpdate::Image(image) => {
-                let mut evicted = Vec::new();
+                let mut crowded = Crowded::default();
                 let (gpu, settings) = (&self.gpu, &self.settings);
-                if self.photographs.insert(gpu, settings, &image, eye, &mut evicted)? {
+                if self.photographs.insert(gpu, settings, &image, eye, &mut crowded)? {
                     self.maps.forget(&image.id);
                 }
-                for id in evicted {
+                applied.refused = crowded.refused;
+                if crowded.refused {
+                    crowded.coarser.insert(image.id.clone());
+                }
+                for id in crowded.coarser {
+                    match self.photographs.level(&id) {
+                        Some(level) => applied.coarser.push((id, level)),
+                        None => applied.evicted.push(SceneUpdate::DropImage(id)),
+                    }
+                }
+                for id in crowded.evicted {
                     self.maps.forget(&id);
-                    applied.refused |= id == image.id;
                     applied.evicted.push(SceneUpdate::DropImage(id));
                 }
             }
@@ -195,10 +208,7 @@ impl Renderer {
                 self.maps.forget(&id);
             }
         }
-        // What pictures are drawn into is made anew for the next, where the scene left room.
-        if self.memory().total() > self.settings.gpu_memory_bytes {
-            self.targets = None;
-        }
+        self.yield_room();
         Ok(applied)
     }
 
@@ -206,17 +216,6 @@ impl Renderer {
     /// where memory is short. Until it is said, the eye of the last frame counts.
     pub fn expect_eye(&mut self, eye: DVec3) {
         self.eye = eye;
-    }
-
-    /// What it holds of the device's memory.
-    pub fn memory(&self) -> MemoryReport {
-        MemoryReport {
-            points: self.points.bytes(),
-            mesh: self.mesh.bytes(),
-            photographs: self.photographs.atlas.bytes(),
-            depth_maps: self.maps.bytes(),
-            targets: self.targets.as_ref().map_or(0, Targets::bytes),
-        }
     }
 
     /// The picture that the view's camera would take of what is resident.
@@ -265,18 +264,24 @@ impl Renderer {
         self.eye = eye;
         let camera = Camera::of_view(view, &pinhole);
         let frustum = Frustum::of_view(view, &pinhole);
+        let max_side = self.gpu.device.limits().max_texture_dimension_2d;
+        let perspective = camera.orthographic == 0;
+        let inferring = (self.settings.infer && infers(mode) && perspective)
+            .then(|| infer::Grid::new(size, self.settings.inferred_hypotheses, max_side))
+            .flatten();
+        // Sprites bring their own projections, which know of no displacement.
+        let deferred = self.settings.texturing == Texturing::Deferred;
+        let aligning = self.settings.align && deferred && perspective;
+        let sprite_room = self.make_room(&Picture {
+            gbuffer: pinhole.size,
+            size,
+            inferring,
+            aligning: aligning.then(|| infer::Grid::alone(size, max_side)).flatten(),
+            frustum: &frustum,
+            eye,
+        })?;
         let (gpu, settings) = (&self.gpu, &self.settings);
         self.points.upload(gpu);
-        if !self.targets.as_ref().is_some_and(|targets| {
-            targets.gbuffer_size == pinhole.size && targets.picture_size == size
-        }) {
-            self.targets = None;
-        }
-        let needed = Targets::bytes_for(pinhole.size, size);
-        let (held, budget) = (self.memory().total(), settings.gpu_memory_bytes);
-        if self.targets.is_none() && held + needed > budget {
-            return Err(RenderError::ViewMemory { needed, held, budget });
-        }
         let route = self.splat_pass.route(gpu, pixels(pinhole.size));
         let targets =
             self.targets.get_or_insert_with(|| Targets::new(gpu, pinhole.size, size, route));
@@ -337,10 +342,6 @@ impl Renderer {
             grid_step: lens::GRID_STEP as f32,
             padding: [0; 2],
         };
-        let max_side = gpu.device.limits().max_texture_dimension_2d;
-        let inferring = (settings.infer && infers(mode) && camera.orthographic == 0)
-            .then(|| infer::Grid::new(size, settings.inferred_hypotheses, max_side))
-            .flatten();
         let records = if inferring.is_some() { &targets.geometry } else { &targets.records };
         self.surface_pass.draw(gpu, stages.encoder(), &surface_view, &grid, targets, records);
         stages.ended("surface")?;
@@ -377,9 +378,7 @@ impl Renderer {
             self.infer_pass.draw(gpu, stages.encoder(), evidence, cells, targets);
             stages.ended("infer")?;
         }
-        // Sprites bring their own projections, which know of no displacement.
-        let deferred = settings.texturing == Texturing::Deferred;
-        if settings.align && deferred && camera.orthographic == 0 {
+        if aligning {
             let align = &mut self.align_pass;
             let shares = align.draw(gpu, stages.encoder(), &camera, evidence, &self.maps, targets);
             if let Some(shares) = shares {
@@ -392,7 +391,8 @@ impl Renderer {
         let indices =
             Indices { words, stride, end: points.blocks.len() as u64 * BLOCK_POINTS as u64 };
         let sprites = self.forward_pass.as_mut().and_then(|pass| {
-            pass.gather(gpu, stages.encoder(), &camera, distorted, indices, targets)
+            let encoder = stages.encoder();
+            pass.gather(gpu, encoder, &camera, distorted, indices, targets, sprite_room)
         });
         if self.settings.texturing != Texturing::Deferred {
             stages.ended("sprites")?;

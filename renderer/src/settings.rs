@@ -6,6 +6,9 @@ use crate::memory::Shares;
 /// Fewer depth maps than this are not enough for a view.
 const FEW_MAPS: usize = 16;
 
+/// Bytes without which there is no room for a list, a depth map and a small picture.
+const LEAST_MEMORY: u64 = 16 << 20;
+
 /// Choices that trade quality, speed and memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -39,9 +42,9 @@ pub struct Settings {
     /// Splats of more pixels than this are drawn as quads instead of by compute; none: as
     /// suits the device. The picture is the same.
     pub quads_from_px: Option<u32>,
-    /// Bytes of the device's memory that are held at most, see [`MemoryReport`](crate::MemoryReport).
-    /// Three eighths are for photographs, three sixteenths for points, an eighth for depth maps, a
-    /// sixteenth for meshes, and the rest, with what those leave, for pictures. Where an update does
+    /// Bytes of the device's memory that are held at most, see [`MemoryReport`](crate::MemoryReport),
+    /// and at least 16 MiB. Three eighths are for photographs, three sixteenths for points, an eighth
+    /// for depth maps, a sixteenth for meshes, and the rest, with what those leave, for pictures. Where an update does
     /// not fit, what is less useful is evicted; while textures of photographs grow, both the old
     /// and the new one exist for a moment.
     pub gpu_memory_bytes: u64,
@@ -128,7 +131,8 @@ pub enum Mode {
 
 impl Settings {
     /// The nearest settings that can be used.
-    pub(crate) fn in_range(self) -> Self {
+    pub(crate) fn in_range(mut self) -> Self {
+        self.gpu_memory_bytes = self.gpu_memory_bytes.max(LEAST_MEMORY);
         // Rows that can be copied.
         let mut depth_map_side = self.depth_map_side.clamp(64, 2048).next_multiple_of(64);
         // Coarse maps of all photographs rather than fine ones of a few.

@@ -3,6 +3,7 @@
 use serde::{Serialize, Serializer};
 
 use super::{Bin, Method, Score};
+use crate::memory::HeldMemory;
 
 /// An evaluation.
 #[derive(Debug, Serialize)]
@@ -11,6 +12,8 @@ pub(crate) struct Report {
     pub(crate) scene: String,
     /// Name of the graphics adapter, where one was needed.
     pub(crate) adapter: Option<String>,
+    /// Bytes that all renderers together held on the device, at most.
+    pub(crate) memory: HeldMemory,
     /// What was evaluated.
     pub(crate) settings: Described,
     /// A row a view and method: views in the order of their names, methods in that of
@@ -72,6 +75,7 @@ impl Report {
     pub(crate) fn new(
         scene: String,
         adapter: Option<String>,
+        memory: HeldMemory,
         settings: Described,
         methods: &[&'static Method],
         views: Vec<Row>,
@@ -87,7 +91,7 @@ impl Report {
             })
         });
         let bins = bins.collect();
-        Self { scene, adapter, settings, views, mean, bins }
+        Self { scene, adapter, memory, settings, views, mean, bins }
     }
 }
 
@@ -142,7 +146,8 @@ mod tests {
             methods: vec!["nearest", "hybrid"],
             renderer: String::new(),
         };
-        let report = Report::new("street".into(), None, settings, &methods, rows);
+        let report =
+            Report::new("street".into(), None, HeldMemory::default(), settings, &methods, rows);
         let json = serde_json::to_value(&report).expect("JSON");
         let rmse = |value: &serde_json::Value| value["rmse"].as_f64().expect("a number");
         assert!((rmse(&json["mean"]["nearest"]) - 0.2).abs() < 1e-12, "{json}");

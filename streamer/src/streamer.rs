@@ -107,6 +107,12 @@ impl Events<'_> {
     pub fn note(&mut self, update: &SceneUpdate) {
         self.resident.note(update);
     }
+
+    /// Takes note that the receiver holds a photograph at another level than it was sent: where a
+    /// view wants that one it is sent again.
+    pub fn note_level(&mut self, id: &ImageId, level: u32) {
+        self.resident.images.insert(id.clone(), level);
+    }
 }
 
 impl Stream for Events<'_> {

@@ -2,8 +2,8 @@
 
 use glam::UVec2;
 
-use crate::Gpu;
 use crate::infer::{Grid, RANK_FORMAT, SIGHT_FORMAT};
+use crate::{Gpu, memory};
 
 pub(super) const WARPED_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 pub(super) const FOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -27,6 +27,26 @@ pub(super) struct Level {
 }
 
 impl Level {
+    /// What [`Level::bytes`] is for a grid.
+    pub(super) fn bytes_for(grid: Grid) -> u64 {
+        let of = |format| memory::of_texels(format, grid.cells, 1);
+        2 * of(SIGHT_FORMAT)
+            + of(RANK_FORMAT)
+            + 2 * of(WARPED_FORMAT)
+            + 2 * of(DISPLACEMENT_FORMAT)
+            + 2 * (of(FOUR_FORMAT) + of(TWO_FORMAT))
+            + of(SOLVED_FORMAT)
+    }
+
+    /// Bytes on the device.
+    pub(super) fn bytes(&self) -> u64 {
+        let Self { sights, ranks, patterns, warped, displaced, .. } = self;
+        let Self { products, sums, solved, smoothed, .. } = self;
+        let views = [ranks, patterns, warped, displaced, solved, smoothed].into_iter();
+        let views = views.chain(sights).chain(products).chain(sums);
+        views.map(|view| memory::of_texture(view.texture())).sum()
+    }
+
     pub(super) fn new(gpu: &Gpu, grid: Grid) -> Self {
         let view = |format| texture(gpu, grid.cells, format);
         Self {

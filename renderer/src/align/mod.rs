@@ -18,7 +18,7 @@ use crate::infer::{Evidence, Grid, SightPass, Sights, UNIFORM, texture_of};
 use crate::screen::{ScreenPass, screen_pass};
 use crate::shade::photograph::Drawn;
 use crate::targets::Targets;
-use crate::{Gpu, infer, shade};
+use crate::{Gpu, infer, memory, shade};
 
 mod level;
 pub(crate) mod reference;
@@ -162,6 +162,30 @@ impl AlignPass {
         }
     }
 
+    /// What [`AlignPass::bytes`] is once a picture was drawn on `finest`.
+    pub(crate) fn bytes_for(finest: Grid) -> u64 {
+        let levels = levels(finest).into_iter().map(Level::bytes_for).sum::<u64>();
+        levels
+            + memory::of_texels(OFFSET_FORMAT, finest.cells, 1)
+            + memory::of_texels(DISPLACEMENT_FORMAT, glam::UVec2::ONE, 1)
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        let levels = self.levels.iter().map(Level::bytes).sum::<u64>();
+        let views = [&self.nowhere, &self.offsets].map(|view| memory::of_texture(view.texture()));
+        levels + views.iter().sum::<u64>()
+    }
+
+    /// Gives its textures back, but where they are those of `finest`.
+    pub(crate) fn release_but(&mut self, gpu: &Gpu, finest: Option<Grid>) {
+        if self.levels.first().is_some_and(|level| Some(level.grid) != finest) {
+            self.levels.clear();
+            // Bound in any case, so never without.
+            self.offsets = level::texture(gpu, glam::UVec2::ONE, OFFSET_FORMAT);
+        }
+    }
+
     /// How much of the world's offsets each photograph takes, one after the other; and fills the
     /// texture of [`AlignPass::offsets`] where any takes some.
     pub(crate) fn draw(
@@ -262,11 +286,11 @@ impl AlignPass {
     }
 
     fn resize(&mut self, gpu: &Gpu, view: &View) -> Option<()> {
-        let grids = grids(view.size(), gpu.device.limits().max_texture_dimension_2d);
-        let finest = grids.first()?;
-        if self.levels.first().is_none_or(|level| level.grid != *finest) {
+        let max_side = gpu.device.limits().max_texture_dimension_2d;
+        let finest = Grid::alone(view.size(), max_side)?;
+        if self.levels.first().is_none_or(|level| level.grid != finest) {
             self.offsets = level::texture(gpu, finest.cells, OFFSET_FORMAT);
-            self.levels = grids.into_iter().map(|grid| Level::new(gpu, grid)).collect();
+            self.levels = levels(finest).into_iter().map(|grid| Level::new(gpu, grid)).collect();
         }
         Some(())
     }
@@ -274,7 +298,11 @@ impl AlignPass {
 
 /// The levels for a picture, finest first, of textures of at most `max_side`.
 pub(crate) fn grids(picture: UVec2, max_side: u32) -> Vec<Grid> {
-    let Some(finest) = Grid::alone(picture, max_side) else { return Vec::new() };
+    Grid::alone(picture, max_side).map_or_else(Vec::new, levels)
+}
+
+/// The levels below and including the finest, which is first.
+fn levels(finest: Grid) -> Vec<Grid> {
     let grids = (0..LEVELS).map(|times| finest.coarser(times));
     grids.filter(|g| *g == finest || g.cells.min_element() >= LEAST_CELLS).collect()
 }

@@ -2,9 +2,11 @@
 
 use glam::DVec2;
 
+use super::level::Level;
 use super::reference::lucas_kanade;
 use super::{LUCAS_KANADE_WGSL, Shares};
-use crate::kernel_tests::run;
+use crate::infer::Grid;
+use crate::kernel_tests::{gpu, run};
 use crate::tolerances::ALIGNMENT_CELLS;
 
 const KERNEL: &str = "
@@ -88,4 +90,10 @@ fn shares_change_little_by_little() {
         assert!((now - last).abs() < 0.01 && now >= last);
     }
     assert_eq!(before, Some(1.0));
+}
+
+#[test]
+fn bytes_are_known_before_they_are_taken() {
+    let grid = Grid::alone(glam::UVec2::new(333, 222), 8192).expect("a grid");
+    assert_eq!(Level::new(gpu(), grid).bytes(), Level::bytes_for(grid));
 }

@@ -231,7 +231,7 @@ impl DepthMaps {
 
     /// Makes room for `wanted` maps. Maps that exist are drawn again in larger textures:
     /// that happens a few times in a renderer's life.
-    fn reserve(&mut self, gpu: &Gpu, wanted: usize) {
+    pub(crate) fn reserve(&mut self, gpu: &Gpu, wanted: usize) {
         if wanted > self.textures.layers && self.textures.layers < self.max_maps {
             let layers = wanted.next_power_of_two().min(self.max_maps);
             self.textures = Textures::new(gpu, self.side, layers);

@@ -22,7 +22,7 @@ impl TexturingMemory {
     /// view meets.
     pub fn new(texturing: Texturing, size: UVec2, points: u64) -> Self {
         let bytes = Bytes::of_frame(u64::from(size.x) * u64::from(size.y), points);
-        let buffers = bytes.homes + bytes.reaches + bytes.sprites;
+        let buffers = bytes.total();
         match texturing {
             Texturing::Deferred => Self { buffers: 0, vertices_a_sprite: 0, varyings_a_vertex: 0 },
             Texturing::Homography => {
@@ -54,6 +54,10 @@ pub(crate) struct Bytes {
 impl Bytes {
     pub(crate) fn of_frame(pixels: u64, points: u64) -> Self {
         Self { homes: 4 * points.max(1), reaches: 12 * pixels, sprites: 4 * pixels }
+    }
+
+    pub(crate) fn total(&self) -> u64 {
+        self.homes + self.reaches + self.sprites
     }
 
     pub(crate) fn largest(&self) -> u64 {

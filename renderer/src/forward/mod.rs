@@ -125,8 +125,19 @@ impl ForwardPass {
         Some(Self { texturing, gather: Gather::new(gpu), colour, layout, buffers: None })
     }
 
-    /// Gathers the sprites of what the surface pass left in `targets`. `None` where points are
-    /// left to the deferred way.
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.buffers.as_ref().map_or(0, |b| b.homes.size() + b.reaches.size() + b.sprites.size())
+    }
+
+    /// Gives its buffers back.
+    pub(crate) fn release(&mut self) {
+        self.buffers = None;
+    }
+
+    /// Gathers the sprites of what the surface pass left in `targets`, in buffers of at most `room`
+    /// bytes. `None` where points are left to the deferred way.
+    #[expect(clippy::too_many_arguments, reason = "one argument a source and target")]
     pub(crate) fn gather(
         &mut self,
         gpu: &Gpu,
@@ -135,10 +146,12 @@ impl ForwardPass {
         distorted: bool,
         indices: Indices<'_>,
         targets: &Targets,
+        room: u64,
     ) -> Option<Sprites<'_>> {
         let [width, height] = camera.size;
         let bytes = memory::Bytes::of_frame(u64::from(width) * u64::from(height), indices.end);
-        let fits = bytes.largest() <= gpu.device.limits().max_storage_buffer_binding_size;
+        let fits = bytes.largest() <= gpu.device.limits().max_storage_buffer_binding_size
+            && bytes.total() <= room;
         if distorted || camera.orthographic == 1 || indices.end == 0 || !fits {
             return None;
         }
@@ -256,7 +269,7 @@ impl Buffers {
     }
 
     fn hold(&self, bytes: &memory::Bytes) -> bool {
-        self.homes.size() >= bytes.homes
+        (bytes.homes..=2 * bytes.homes).contains(&self.homes.size())
             && self.reaches.size() == bytes.reaches
             && self.sprites.size() == bytes.sprites
     }

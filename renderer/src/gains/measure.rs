@@ -57,6 +57,16 @@ pub(crate) struct MeasurePass {
     /// One a lens model, made when first needed.
     measure: BTreeMap<u32, wgpu::ComputePipeline>,
     filtering: wgpu::Sampler,
+    buffers: Option<Buffers>,
+}
+
+/// Places and their colours for so many photographs, kept until there are more or fewer.
+#[derive(Debug)]
+struct Buffers {
+    photographs: usize,
+    places: wgpu::Buffer,
+    samples: wgpu::Buffer,
+    readback: wgpu::Buffer,
 }
 
 impl MeasurePass {
@@ -71,7 +81,28 @@ impl MeasurePass {
                 mipmap_filter: wgpu::MipmapFilterMode::Linear,
                 ..Default::default()
             }),
+            buffers: None,
         }
+    }
+
+    /// What [`MeasurePass::bytes`] is once so many photographs were measured.
+    pub(crate) fn bytes_for(photographs: usize) -> u64 {
+        if photographs < 2 {
+            return 0;
+        }
+        let [places, samples] = buffer_bytes(photographs);
+        places + 2 * samples
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        let sizes = |b: &Buffers| b.places.size() + b.samples.size() + b.readback.size();
+        self.buffers.as_ref().map_or(0, sizes)
+    }
+
+    /// Gives its buffers back, but where they are those of so many photographs.
+    pub(crate) fn release_but(&mut self, photographs: usize) {
+        self.buffers.take_if(|buffers| buffers.photographs != photographs);
     }
 
     /// What `photographs`, all seen from the same eye, show of places near them. Waits for the
@@ -88,24 +119,9 @@ impl MeasurePass {
         let [columns, rows] = grid(count);
         let places_each = columns * rows * GROUP_PLACES;
         let places = u64::from(places_each) * count as u64;
-        let buffer = |label, bytes, usage| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: bytes,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
-        let stored = wgpu::BufferUsages::STORAGE;
-        let copied = wgpu::BufferUsages::COPY_SRC;
-        let sample_bytes = places * count as u64 * SAMPLE_BYTES;
-        let place_buffer = buffer("places", places * PLACE_BYTES, stored);
-        let samples = buffer("samples", sample_bytes, stored | copied);
-        let readback = buffer(
-            "samples read back",
-            sample_bytes,
-            wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        );
+        self.release_but(count);
+        let Buffers { places: place_buffer, samples, readback, .. } =
+            &*self.buffers.get_or_insert_with(|| Buffers::new(gpu, count));
         let mut contents = vec![0; PHOTOGRAPH_STRIDE * count];
         for (slot, drawn) in contents.chunks_mut(PHOTOGRAPH_STRIDE).zip(photographs) {
             let data = bytemuck::bytes_of(&drawn.data);
@@ -154,7 +170,7 @@ impl MeasurePass {
                 stages.encoder().begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&self.spread);
             for index in 0..count as u64 {
-                let own = slice(&place_buffer, index, u64::from(places_each) * PLACE_BYTES);
+                let own = slice(place_buffer, index, u64::from(places_each) * PLACE_BYTES);
                 let entries =
                     [entry(3, view(&map_mesh)), entry(4, view(&map_points)), entry(6, own)];
                 pass.set_bind_group(0, &group(&self.spread, 0, &entries), &[]);
@@ -170,7 +186,7 @@ impl MeasurePass {
                     entry(4, view(&map_points)),
                     entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
                     entry(6, place_buffer.as_entire_binding()),
-                    entry(7, slice(&samples, index, places * SAMPLE_BYTES)),
+                    entry(7, slice(samples, index, places * SAMPLE_BYTES)),
                 ];
                 pass.set_bind_group(0, &group(measure, 0, &entries), &[]);
                 pass.set_bind_group(1, &group(measure, 1, &[entry(0, photograph(index))]), &[]);
@@ -179,9 +195,9 @@ impl MeasurePass {
                 pass.dispatch_workgroups(columns * rows * count as u32, 1, 1);
             }
         }
-        stages.encoder().copy_buffer_to_buffer(&samples, 0, &readback, 0, None);
+        stages.encoder().copy_buffer_to_buffer(samples, 0, readback, 0, None);
         stages.submit();
-        let bytes = read_back(gpu, &readback)?;
+        let bytes = read_back(gpu, readback)?;
         let words: &[[u32; 2]] = &bytemuck::pod_collect_to_vec(&bytes);
         let colours = words
             .chunks_exact(places as usize)
@@ -194,6 +210,35 @@ impl MeasurePass {
 /// Columns and rows of places that each of so many photographs lends.
 pub(crate) fn places(photographs: usize) -> [u32; 2] {
     grid(photographs).map(|groups| groups * GROUP_SIDE)
+}
+
+impl Buffers {
+    fn new(gpu: &Gpu, photographs: usize) -> Self {
+        let buffer = |label, bytes, usage| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: bytes,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        use wgpu::BufferUsages as Usage;
+        let [places, samples] = buffer_bytes(photographs);
+        Self {
+            photographs,
+            places: buffer("places", places, Usage::STORAGE),
+            samples: buffer("samples", samples, Usage::STORAGE | Usage::COPY_SRC),
+            readback: buffer("samples read back", samples, Usage::COPY_DST | Usage::MAP_READ),
+        }
+    }
+}
+
+/// Bytes of all places that so many photographs lend, and of their colours in all of them.
+fn buffer_bytes(photographs: usize) -> [u64; 2] {
+    let [columns, rows] = grid(photographs);
+    let count = photographs as u64;
+    let places = u64::from(columns * rows * GROUP_PLACES) * count;
+    [places * PLACE_BYTES, places * count * SAMPLE_BYTES]
 }
 
 fn grid(photographs: usize) -> [u32; 2] {

@@ -79,6 +79,21 @@ impl Gains {
         }
     }
 
+    /// What [`Gains::bytes`] is, at most, once so many photographs were measured.
+    pub(crate) fn bytes_for(photographs: usize) -> u64 {
+        MeasurePass::bytes_for(photographs)
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.pass.bytes()
+    }
+
+    /// Gives its buffers back, but where they are those of so many photographs.
+    pub(crate) fn release_but(&mut self, photographs: usize) {
+        self.pass.release_but(photographs);
+    }
+
     /// Brings the gains of `selected` up to date for a frame of `camera`. Their depth maps must
     /// be, too. Waits for the device where something is to be measured.
     pub(crate) fn update(

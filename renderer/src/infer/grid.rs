@@ -2,7 +2,7 @@
 
 use glam::UVec2;
 
-use crate::Gpu;
+use crate::{Gpu, memory};
 
 /// Pixels a side of the smallest cells.
 const MIN_STEP: u32 = 4;
@@ -96,6 +96,27 @@ pub(super) struct Cells {
 }
 
 impl Cells {
+    /// What [`Cells::bytes`] is for a grid.
+    pub(super) fn bytes_for(grid: Grid) -> u64 {
+        let of = memory::of_texels;
+        let inverse = |size| of(INVERSE_FORMAT, size, 1);
+        let pyramid = pyramid(grid.cells);
+        pyramid.iter().map(|&size| of(KNOWN_FORMAT, size, 1) + inverse(size)).sum::<u64>()
+            + of(RAY_FORMAT, grid.cells, 1)
+            + of(SIGHT_FORMAT, grid.tall(), MAX_RIGS)
+            + of(RANK_FORMAT, grid.tall(), 1)
+            + 2 * of(COST_FORMAT, grid.packed(), 1)
+            + 3 * inverse(grid.cells)
+    }
+
+    /// Bytes on the device.
+    pub(super) fn bytes(&self) -> u64 {
+        let Self { rays, known, whole, sights, ranks, costs, chosen, settled, .. } = self;
+        let views = [rays, sights, ranks, chosen].into_iter().chain(known).chain(whole);
+        let views = views.chain(costs).chain(settled);
+        views.map(|view| memory::of_texture(view.texture())).sum()
+    }
+
     pub(super) fn new(gpu: &Gpu, grid: Grid) -> Self {
         let texture = |size: UVec2, layers, format| {
             gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -115,10 +136,7 @@ impl Cells {
             })
         };
         let view = |size, format| texture(size, 1, format).create_view(&Default::default());
-        let mut sizes = vec![grid.cells];
-        while let Some(&size) = sizes.last().filter(|size| size.max_element() > 1) {
-            sizes.push((size + 1) / 2);
-        }
+        let sizes = pyramid(grid.cells);
         let sights = texture(grid.tall(), MAX_RIGS, SIGHT_FORMAT);
         let of_rig = |rig| {
             sights.create_view(&wgpu::TextureViewDescriptor {
@@ -144,4 +162,13 @@ impl Cells {
             settled: [view(grid.cells, INVERSE_FORMAT), view(grid.cells, INVERSE_FORMAT)],
         }
     }
+}
+
+/// Sizes of a pyramid from `size` down to a single texel.
+fn pyramid(size: UVec2) -> Vec<UVec2> {
+    let mut sizes = vec![size];
+    while let Some(&size) = sizes.last().filter(|size| size.max_element() > 1) {
+        sizes.push((size + 1) / 2);
+    }
+    sizes
 }

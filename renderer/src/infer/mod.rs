@@ -163,6 +163,24 @@ impl InferPass {
         }
     }
 
+    /// What [`InferPass::bytes`] is once a picture was drawn on `grid`.
+    pub(crate) fn bytes_for(grid: Grid) -> u64 {
+        Cells::bytes_for(grid)
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.cells.as_ref().map_or(0, Cells::bytes)
+    }
+
+    /// Gives its textures back, but where they are those of `grid`.
+    pub(crate) fn release_but(&mut self, grid: Option<Grid>) {
+        if self.cells.as_ref().map(|cells| cells.grid) != grid {
+            self.cells = None;
+            self.before = None;
+        }
+    }
+
     /// Forgets the picture before.
     pub(crate) fn cut(&mut self) {
         self.before = None;
@@ -177,10 +195,7 @@ impl InferPass {
         grid: Grid,
         targets: &Targets,
     ) {
-        if self.cells.as_ref().is_some_and(|cells| cells.grid != grid) {
-            self.cells = None;
-            self.before = None;
-        }
+        self.release_but(Some(grid));
         let view = evidence.view;
         let cells = self.cells.get_or_insert_with(|| Cells::new(gpu, grid));
         let before = self.before.replace(view.camera);

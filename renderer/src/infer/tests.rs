@@ -5,9 +5,11 @@ use glam::{DVec3, UVec2};
 use wgpu::BindingResource::TextureView as Texture;
 
 use self::device::{inference, pass};
+use super::grid::Cells;
 use super::reference::{Known, Past, chosen, diffused, hypothesis, judged, median};
 use super::{Grid, before_data, gpu_data};
 use crate::kernel_tests::channels::{Channels, draw, uniform};
+use crate::kernel_tests::gpu;
 use crate::reference::field::{Field, cells};
 use crate::tolerances::{CHOICE_INDEX, DIFFUSION_RELATIVE, LENS_PX, SETTLED_RELATIVE};
 
@@ -258,5 +260,13 @@ fn lone_choices_settle_as_the_reference_says() {
         let index = median(&chosen, cell);
         let expected = hypothesis(index, BETWEEN + 1, f64::from(BACKDROP), diffused);
         assert!((found / expected - 1.0).abs() < SETTLED_RELATIVE, "{found} for {expected}");
+    }
+}
+
+#[test]
+fn bytes_are_known_before_they_are_taken() {
+    for (size, between) in [(UVec2::new(96, 64), 7), (UVec2::new(1023, 511), 0)] {
+        let grid = Grid::new(size, between, 8192).expect("a grid");
+        assert_eq!(Cells::new(gpu(), grid).bytes(), Cells::bytes_for(grid), "{grid:?}");
     }
 }

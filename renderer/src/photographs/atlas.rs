@@ -1,14 +1,14 @@
 //! Texture arrays that hold photographs of any size.
 //!
 //! There is no bindless access to textures everywhere, so photographs share a few arrays of
-//! square layers, one array a size class; in a layer they lie on shelves. Each has its own
+//! square layers, one array a size class. Each has its own
 //! mip levels: corners are aligned so that no texel of any level holds two photographs, and
 //! lookups stay half a texel inside.
 
 use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
-use super::shelves::Shelves;
+use super::packing::Packing;
 use crate::{Gpu, memory};
 
 /// Sides of the layers of each array, pixels.
@@ -63,7 +63,7 @@ pub(crate) struct Atlas {
 struct Array {
     side: u32,
     texture: wgpu::Texture,
-    layers: Vec<Shelves>,
+    layers: Vec<Packing>,
 }
 
 impl Atlas {
@@ -136,14 +136,8 @@ impl Atlas {
         budget: u64,
     ) -> Result<Place, NoPlace> {
         let place = self.take(gpu, size, budget)?;
-        let texture = &self.arrays[place.array].texture;
         gpu.queue.write_texture(
-            wgpu::TexelCopyTextureInfo {
-                texture,
-                mip_level: 0,
-                origin: wgpu::Origin3d { x: place.corner.x, y: place.corner.y, z: place.layer },
-                aspect: wgpu::TextureAspect::All,
-            },
+            self.part(&place, 0),
             rgba,
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
@@ -158,8 +152,45 @@ impl Atlas {
 
     /// Frees what [`Atlas::insert`] took.
     pub(crate) fn remove(&mut self, place: &Place) {
-        if let Some(shelves) = self.arrays[place.array].layers.get_mut(place.layer as usize) {
-            shelves.give_back(place.corner, taken(place.size));
+        if let Some(packing) = self.arrays[place.array].layers.get_mut(place.layer as usize) {
+            packing.give_back(place.corner);
+        }
+    }
+
+    /// Whether a photograph of `size` has room once that at `place` is removed, without more layers.
+    pub(crate) fn fits_without(&self, place: &Place, size: UVec2) -> bool {
+        let array = &self.arrays[place.array];
+        let Some(packing) = array.layers.get(place.layer as usize) else { return false };
+        let mut packing = packing.clone();
+        packing.give_back(place.corner);
+        taken(size).max_element() <= array.side && packing.take(taken(size)).is_some()
+    }
+
+    /// Keeps of the photograph at `place` the level below its full one, and gives back the room of
+    /// the rest. Where it lies then: it moves to where there is room for so little, so that what it
+    /// leaves can serve one of its former size. `None` where the device has no room to move it.
+    pub(crate) fn coarsen(&mut self, gpu: &Gpu, place: &Place, budget: u64) -> Option<Place> {
+        let size = level_size(place.size, 1);
+        let kept = texture_of_one(gpu, size);
+        copy(gpu, self.part(place, 1), kept.as_image_copy(), size);
+        self.remove(place);
+        let moved = self.take(gpu, size, budget).ok().or_else(|| {
+            let packing = self.arrays[place.array].layers.get_mut(place.layer as usize)?;
+            Some(Place { corner: packing.take(taken(size))?, size, ..*place })
+        })?;
+        copy(gpu, kept.as_image_copy(), self.part(&moved, 0), size);
+        self.make_levels(gpu, &moved);
+        Some(moved)
+    }
+
+    /// A level of a photograph.
+    fn part(&self, place: &Place, level: u32) -> wgpu::TexelCopyTextureInfo<'_> {
+        let corner = place.corner / (1 << level);
+        wgpu::TexelCopyTextureInfo {
+            texture: &self.arrays[place.array].texture,
+            mip_level: level,
+            origin: wgpu::Origin3d { x: corner.x, y: corner.y, z: place.layer },
+            aspect: wgpu::TextureAspect::All,
         }
     }
 
@@ -186,14 +217,18 @@ impl Atlas {
         let generous = layers + (layers / 2).max(1);
         let fits = |to: usize| held - bytes(array.side, layers) + bytes(array.side, to) <= budget;
         let to = if fits(generous) { generous } else { layers + 1 };
-        if !fits(to) {
-            return Err(NoPlace::Memory);
-        }
+        let may_grow = fits(to);
         let to = to.min(limits.max_texture_array_layers as usize);
-        if to == layers || !array.grow(gpu, to) {
-            return Err(NoPlace::Device);
+        if may_grow && to > layers && array.grow(gpu, to) {
+            return array.take(class, size).ok_or(NoPlace::Device);
         }
-        array.take(class, size).ok_or(NoPlace::Device)
+        // In between larger ones, then.
+        let mut larger = class + 1..self.arrays.len();
+        larger.find_map(|class| self.arrays[class].take(class, size)).ok_or(if may_grow {
+            NoPlace::Device
+        } else {
+            NoPlace::Memory
+        })
     }
 
     /// Gives layers at the end of arrays back to the device where no photograph lies in them.
@@ -272,8 +307,8 @@ impl Atlas {
 
 impl Array {
     fn take(&mut self, array: usize, size: UVec2) -> Option<Place> {
-        self.layers.iter_mut().zip(0..).find_map(|(shelves, layer)| {
-            let corner = shelves.take(taken(size))?;
+        self.layers.iter_mut().zip(0..).find_map(|(packing, layer)| {
+            let corner = packing.take(taken(size))?;
             Some(Place { array, layer, corner, size })
         })
     }
@@ -307,7 +342,7 @@ impl Array {
             gpu.queue.submit([encoder.finish()]);
         }
         self.texture = larger;
-        self.layers.resize_with(layers, || Shelves::new(self.side));
+        self.layers.resize_with(layers, || Packing::new(self.side));
         true
     }
 }
@@ -318,13 +353,40 @@ fn taken(size: UVec2) -> UVec2 {
 }
 
 /// Size of a level, rounded up.
-fn level_size(size: UVec2, level: u32) -> UVec2 {
+pub(super) fn level_size(size: UVec2, level: u32) -> UVec2 {
     size.map(|side| side.div_ceil(1 << level))
 }
 
 /// Bytes of `layers` layers with their levels, at most a third more than the full one.
 fn bytes(side: u32, layers: usize) -> u64 {
     u64::from(side) * u64::from(side) * 4 * layers as u64 * 4 / 3
+}
+
+/// Copies `size` texels.
+fn copy(
+    gpu: &Gpu,
+    from: wgpu::TexelCopyTextureInfo<'_>,
+    to: wgpu::TexelCopyTextureInfo<'_>,
+    size: UVec2,
+) {
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let extent = wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
+    encoder.copy_texture_to_texture(from, to, extent);
+    gpu.queue.submit([encoder.finish()]);
+}
+
+/// What a photograph waits in between two places.
+fn texture_of_one(gpu: &Gpu, size: UVec2) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("photograph that moves"),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: FORMAT,
+        usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
 }
 
 fn texture(gpu: &Gpu, side: u32, layers: u32) -> wgpu::Texture {

@@ -12,11 +12,13 @@ use crate::shade::photograph::{Standing, rig_weight};
 use crate::{Gpu, RenderError, Settings};
 
 pub(crate) mod atlas;
-mod shelves;
+mod crowd;
+mod packing;
 #[cfg(test)]
 mod tests;
 
 use atlas::{Atlas, NoPlace, Place};
+pub(crate) use crowd::Crowded;
 
 /// How far rows of a rotation may be from orthonormal.
 const ROTATION_TOLERANCE: f64 = 1e-4;
@@ -28,7 +30,11 @@ pub(crate) struct Photograph {
     pub(crate) camera: PosedCamera,
     /// How far its place may be off, metres.
     pub(crate) uncertainty_m: f32,
+    /// Of the resident pixels in their pyramid.
+    pub(crate) level: u32,
     /// The lens of the resident level.
+    resident: Lens,
+    /// The same on the device.
     pub(crate) lens: LensData,
     /// The ideal pinhole of its depth map.
     pub(crate) map: Pinhole,
@@ -52,15 +58,15 @@ impl PhotographStore {
 
     /// Adds a photograph or replaces its pixels; gives whether its geometry changed.
     ///
-    /// Where there is no room, photographs farther from `eye` are given up, and named in
-    /// `evicted`; the photograph itself where those are not enough.
+    /// Where there is no room others make it, see [`PhotographStore::make_room`]; where those are
+    /// not enough, the photograph stays as it was. Either is noted in `crowded`.
     pub(crate) fn insert(
         &mut self,
         gpu: &Gpu,
         settings: &Settings,
         update: &ImageUpdate,
         eye: DVec3,
-        evicted: &mut Vec<ImageId>,
+        crowded: &mut Crowded,
     ) -> Result<bool, RenderError> {
         let error = |what: String| RenderError::Image { id: update.id.clone(), what };
         check(update).map_err(error)?;
@@ -69,34 +75,40 @@ impl PhotographStore {
             error("its lens sees nothing: check focal length and distortion".into())
         })?;
         let budget = settings.shares().photographs;
-        let distance_m = update.camera.centre.distance(eye);
         let place = loop {
             match self.atlas.insert(gpu, update.size, &update.rgba, budget) {
                 Ok(place) => break Some(place),
-                Err(NoPlace::Memory) => match self.farthest(eye) {
-                    // What it replaces goes first, then what is farther away.
-                    _ if self.photographs.contains_key(&update.id) => self.remove(&update.id),
-                    Some((id, farthest_m)) if farthest_m > distance_m => {
-                        self.remove(&id);
-                        evicted.push(id);
+                Err(NoPlace::Memory) => {
+                    if !self.make_room(gpu, update, eye, budget, crowded) {
+                        break None;
                     }
-                    _ => break None,
-                },
+                }
                 Err(reason) => return Err(no_place(update, reason)),
             }
         };
         let Some(place) = place else {
-            evicted.push(update.id.clone());
-            return Ok(true);
+            crowded.refused = true;
+            return Ok(false);
         };
-        let lens = LensData::new(&update.camera.lens.scaled_to(update.size));
+        let resident = update.camera.lens.scaled_to(update.size);
+        let lens = LensData::new(&resident);
         let frustum = Frustum::new(&update.camera, &map);
         self.revision += 1;
         let (camera, revision) = (update.camera, self.revision);
         // What is no number says nothing.
         let stated = Some(update.uncertainty_m).filter(|metres| *metres > 0.0);
         let uncertainty_m = stated.map_or(0.0, |metres| metres.min(100.0)) as f32;
-        let photograph = Photograph { camera, uncertainty_m, lens, map, frustum, place, revision };
+        let photograph = Photograph {
+            camera,
+            uncertainty_m,
+            level: update.level,
+            resident,
+            lens,
+            map,
+            frustum,
+            place,
+            revision,
+        };
         let before = self.photographs.insert(update.id.clone(), photograph);
         if let Some(before) = &before {
             self.atlas.remove(&before.place);
@@ -115,17 +127,15 @@ impl PhotographStore {
         }
     }
 
-    /// The photograph farthest from `eye`, with its distance in metres.
-    fn farthest(&self, eye: DVec3) -> Option<(ImageId, f64)> {
-        let distances = self.photographs.iter().map(|(id, p)| (id, p.camera.centre.distance(eye)));
-        let farthest = distances.max_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));
-        farthest.map(|(id, distance_m)| (id.clone(), distance_m))
-    }
-
     pub(crate) fn remove(&mut self, id: &ImageId) {
         if let Some(photograph) = self.photographs.remove(id) {
             self.atlas.remove(&photograph.place);
         }
+    }
+
+    /// The level at which a photograph is resident.
+    pub(crate) fn level(&self, id: &ImageId) -> Option<u32> {
+        self.photographs.get(id).map(|photograph| photograph.level)
     }
 
     pub(crate) fn len(&self) -> usize {

@@ -146,7 +146,7 @@ impl SplatPass {
             atomic_64: gpu
                 .has_64_bit_atomics()
                 .then(|| pipeline("splat", wgsl(Route::Atomic64, normals))),
-            quads: Quads::new(gpu),
+            quads: Quads::new(gpu, settings.shares().large_discs),
             most_pixels: most_pixels(gpu, settings),
             resolve: Resolve::new(gpu, normals),
             fill: pipeline("fill", FILL_WGSL.to_owned()),
@@ -157,6 +157,11 @@ impl SplatPass {
                 mapped_at_creation: false,
             }),
         }
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.quads.bytes() + self.no_indices.size()
     }
 
     /// Draws by the route of `settings` from now on, where the device has it.

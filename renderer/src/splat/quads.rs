@@ -10,7 +10,7 @@ use wgpu::util::DeviceExt as _;
 use super::{Nearest, Route, entry, quads_wgsl};
 use crate::Gpu;
 
-/// Discs on the list: 4 MiB.
+/// Most discs on the list: 4 MiB.
 const CAPACITY: u64 = 1 << 16;
 /// Vertices, instances, first vertex, first instance.
 const ARGUMENTS: [u32; 4] = [4, 0, 0, 0];
@@ -44,10 +44,12 @@ pub(crate) struct Quads {
 }
 
 impl Quads {
-    pub(crate) fn new(gpu: &Gpu) -> Self {
+    /// With a list of at most `most` bytes.
+    pub(crate) fn new(gpu: &Gpu, most: u64) -> Self {
+        let disc_bytes = size_of::<gpu_data::Large>() as u64;
         let list = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("large discs"),
-            size: CAPACITY * size_of::<gpu_data::Large>() as u64,
+            size: (most / disc_bytes).clamp(1, CAPACITY) * disc_bytes,
             usage: wgpu::BufferUsages::STORAGE,
             mapped_at_creation: false,
         });
@@ -64,6 +66,11 @@ impl Quads {
             atomic_32: pipeline(gpu, Route::Atomic32),
             atomic_64: gpu.has_64_bit_atomics().then(|| pipeline(gpu, Route::Atomic64)),
         }
+    }
+
+    /// Bytes on the device.
+    pub(super) fn bytes(&self) -> u64 {
+        self.list.size() + self.arguments.size()
     }
 
     /// What the compute pass writes, bound from 7 on.

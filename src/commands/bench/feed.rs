@@ -9,7 +9,7 @@ use super::Context;
 use crate::evaluation::speed::Feed;
 use crate::exit::Exit;
 use crate::memory::GpuMemory;
-use crate::source::{Source, stream_exit};
+use crate::source::{Source, note, stream_exit};
 
 /// A renderer and what feeds it.
 pub(super) struct Fed {
@@ -92,7 +92,7 @@ impl Fed {
             let Event::Update(update) = event.map_err(stream_exit)? else { continue };
             if drops || !is_drop(&update) {
                 let applied = tokio::task::block_in_place(|| self.renderer.apply(update))?;
-                applied.evicted.iter().for_each(|dropped| events.note(dropped));
+                note(&mut events, &applied);
             }
         }
         Ok(())

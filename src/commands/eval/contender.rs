@@ -1,6 +1,6 @@
 //! The methods at work.
 
-use flaneur_renderer::{Gpu, Renderer, Settings, SplatNormals};
+use flaneur_renderer::{Applied, Gpu, MemoryReport, Renderer, Settings, SplatNormals};
 use flaneur_scene::{ImageId, PosedCamera, SceneUpdate, View};
 use flaneur_streamer::Streamer;
 use glam::DVec3;
@@ -69,16 +69,22 @@ impl Contenders {
         self.renderers.iter_mut().for_each(|shared| shared.renderer.expect_eye(eye));
     }
 
-    /// Passes an update on to every renderer that takes it, and gives what any of them dropped to
-    /// make room. Payloads are shared.
-    pub(super) fn apply(&mut self, update: &SceneUpdate) -> Result<Vec<SceneUpdate>, Exit> {
-        let mut evicted = Vec::new();
+    /// Passes an update on to every renderer that takes it, and gives what became of it in each.
+    /// Payloads are shared.
+    pub(super) fn apply(&mut self, update: &SceneUpdate) -> Result<Vec<Applied>, Exit> {
+        let mut applied = Vec::new();
         for shared in &mut self.renderers {
             if shared.making.takes(update) {
-                evicted.extend(shared.renderer.apply(update.clone())?.evicted);
+                applied.push(shared.renderer.apply(update.clone())?);
             }
         }
-        Ok(evicted)
+        Ok(applied)
+    }
+
+    /// What all renderers together hold on the device.
+    pub(super) fn memory(&self) -> MemoryReport {
+        let held = self.renderers.iter().map(|shared| shared.renderer.memory());
+        held.fold(MemoryReport::default(), |all, of| all + of)
     }
 
     /// The name of the method `index`, and the picture that `camera` would take by it, of the

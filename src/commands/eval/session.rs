@@ -14,9 +14,9 @@ use super::target::Target;
 use super::{Context, EvalArguments, chosen};
 use crate::evaluation::{Described, Gallery, Method, Report, Row, Score, nearest_source};
 use crate::exit::Exit;
-use crate::memory::GpuMemory;
+use crate::memory::{GpuMemory, HeldMemory};
 use crate::names::{Names, Pattern};
-use crate::source::{Source, stream_exit};
+use crate::source::{Source, note, stream_exit};
 
 /// All that the views of one evaluation share.
 pub(super) struct Session {
@@ -27,6 +27,7 @@ pub(super) struct Session {
     contenders: Contenders,
     gpu_memory: GpuMemory,
     adapter: Option<String>,
+    memory: HeldMemory,
     described: Described,
 }
 
@@ -59,6 +60,7 @@ impl Session {
             gpu_memory: arguments.gpu_memory,
             contenders: Contenders::new(methods, gpu.as_ref(), settings),
             adapter: gpu.as_ref().map(|gpu| gpu.adapter_name().to_owned()),
+            memory: HeldMemory::default(),
             streamer,
             names,
             sources: Arc::new(sources),
@@ -97,6 +99,7 @@ impl Session {
                 let picture =
                     self.contenders.picture(method, &target.camera, &nearest, names, streamer);
                 let (method, picture) = picture.await?;
+                self.memory.raise_to(self.contenders.memory());
                 let score = tokio::task::block_in_place(|| {
                     let score = Score::new(&photograph, &picture).ok_or_else(|| {
                         Exit::failed(anyhow::anyhow!(
@@ -121,7 +124,7 @@ impl Session {
     /// What is said of it.
     pub(super) fn report(self, rows: Vec<Row>, methods: &[&'static Method]) -> Report {
         let scene = self.streamer.info().name.clone();
-        Report::new(scene, self.adapter, self.described, methods, rows)
+        Report::new(scene, self.adapter, self.memory, self.described, methods, rows)
     }
 
     /// Brings everything that the target's view wants to every renderer that takes it: one
@@ -138,8 +141,8 @@ impl Session {
         let mut events = self.streamer.stream(request, &context.cancel);
         while let Some(event) = events.next().await {
             if let Event::Update(update) = event.map_err(stream_exit)? {
-                let evicted = tokio::task::block_in_place(|| self.contenders.apply(&update))?;
-                evicted.iter().for_each(|dropped| events.note(dropped));
+                let applied = tokio::task::block_in_place(|| self.contenders.apply(&update))?;
+                applied.iter().for_each(|applied| note(&mut events, applied));
             }
         }
         Ok(())

@@ -19,7 +19,7 @@ use crate::atomic_file;
 use crate::exit::Exit;
 use crate::memory::GpuMemory;
 use crate::names::{Names, Pattern};
-use crate::source::{Source, stream_exit};
+use crate::source::{Source, note, stream_exit};
 use crate::viewpoints::{Height, Size, Viewpoint, parse_fov, parse_height, read_path, view_like};
 use picture::PictureFormat;
 use report::{FrameReport, Report};
@@ -197,7 +197,7 @@ async fn fetch(
             // Uploading takes the processor for a while; other tasks go elsewhere.
             Event::Update(update) => {
                 let applied = tokio::task::block_in_place(|| renderer.apply(update))?;
-                applied.evicted.iter().for_each(|dropped| events.note(dropped));
+                note(&mut events, &applied);
             }
             Event::Progress(progress) => {
                 if stage.is_none() && progress.remaining > 0 {

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use flaneur_renderer::{Frame, MemoryReport, PassTime, Renderer, Settings};
+use flaneur_renderer::{Frame, PassTime, Renderer, Settings};
 use serde::Serialize;
+
+use crate::memory::HeldMemory;
 
 /// All frames of a run. Times, counts and coverage are those of the last frame; every frame has
 /// its own in `frames`.
@@ -28,6 +30,8 @@ pub(crate) struct Report {
     images: u64,
     /// Share of the pixels showing geometry that at least one photograph colours.
     coverage: f64,
+    /// Bytes that the renderer holds on the device, by kind.
+    memory: HeldMemory,
     frames: Vec<FrameReport>,
 }
 
@@ -49,20 +53,9 @@ pub(crate) struct FrameReport {
     images: u64,
     coverage: f64,
     /// Bytes that the renderer holds on the device, by kind.
-    memory: Memory,
+    memory: HeldMemory,
     /// What a frame budget may have changed.
     settings: Quality,
-}
-
-/// Bytes on the device.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Memory {
-    points: u64,
-    mesh: u64,
-    photographs: u64,
-    depth_maps: u64,
-    targets: u64,
-    total: u64,
 }
 
 /// Settings that trade speed for error between frames.
@@ -73,14 +66,6 @@ struct Quality {
     frame_points: Option<u64>,
     inferred_hypotheses: u32,
     resolution: f32,
-}
-
-impl From<MemoryReport> for Memory {
-    fn from(memory: MemoryReport) -> Self {
-        let MemoryReport { points, mesh, photographs, depth_maps, targets } = memory;
-        let total = memory.total();
-        Self { points, mesh, photographs, depth_maps, targets, total }
-    }
 }
 
 impl From<Settings> for Quality {
@@ -106,6 +91,7 @@ impl Report {
             triangles: last.triangles,
             images: last.images,
             coverage: last.coverage,
+            memory: last.memory,
             frames,
         })
     }
@@ -133,7 +119,7 @@ impl FrameReport {
             triangles: frame.stats.triangles,
             images: frame.stats.images,
             coverage: frame.stats.coverage(),
-            memory: renderer.memory().into(),
+            memory: HeldMemory(renderer.memory()),
             settings: renderer.settings().into(),
         }
     }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::evaluation::{Compared, Described, Method, Row, Score};
+use crate::memory::HeldMemory;
 use glam::UVec2;
 
 fn grey(value: u8) -> Compared {
@@ -30,7 +31,8 @@ fn report() -> (Report, Gallery) {
         methods: vec!["hybrid"],
         renderer: "Settings".into(),
     };
-    let report = Report::new("<s>".into(), Some("\"card\"".into()), settings, &[method], rows);
+    let (adapter, memory) = (Some("\"card\"".into()), HeldMemory::default());
+    let report = Report::new("<s>".into(), adapter, memory, settings, &[method], rows);
     (report, gallery)
 }
 
