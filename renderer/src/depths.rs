@@ -9,9 +9,9 @@ use crate::{Gpu, RenderError};
 const RECORD_BYTES: u32 = 16;
 /// The bits of a record's flags that tell what a pixel shows, and what they are for mesh and
 /// points; `KIND_BITS` and `SHOWS_*` in surface/place.wgsl.
-const KIND_BITS: u32 = 7;
-const SHOWS_MESH: u32 = 1;
-const SHOWS_POINT: u32 = 3;
+pub(crate) const KIND_BITS: u32 = 7;
+pub(crate) const SHOWS_MESH: u32 = 1;
+pub(crate) const SHOWS_POINT: u32 = 3;
 
 /// Depth along `forward` (unit, world) of each record of `positions`, metres; `None` where it
 /// shows neither mesh nor points.

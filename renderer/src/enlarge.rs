@@ -61,6 +61,7 @@ fn samples(large: u32, small: u32) -> Vec<Sample> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tolerances::ENLARGED_255;
     use crate::{FrameStats, Surface};
 
     /// A picture whose red grows along x and whose green grows along y stays so.
@@ -86,8 +87,14 @@ mod tests {
                     (((pixel as f32 + 0.5) / 3.0 - 0.5) * step).clamp(0.0, most)
                 };
                 let [r, g, b, a] = [0, 1, 2, 3].map(|c| f32::from(large.rgba[4 * i + c]));
-                assert!((r - exact(x, 16.0, 112.0)).abs() <= 0.51, "{x} {y}: {r}");
-                assert!((g - exact(y, 32.0, 96.0)).abs() <= 0.51, "{x} {y}: {g}");
+                assert!(
+                    f64::from((r - exact(x, 16.0, 112.0)).abs()) <= ENLARGED_255,
+                    "{x} {y}: {r}"
+                );
+                assert!(
+                    f64::from((g - exact(y, 32.0, 96.0)).abs()) <= ENLARGED_255,
+                    "{x} {y}: {g}"
+                );
                 assert_eq!((b, a), (7.0, 255.0));
                 assert_eq!(large.surfaces[i].is_geometry(), x >= 12, "{x} {y}");
             }

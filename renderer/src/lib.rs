@@ -5,6 +5,8 @@ extern crate self as flaneur_renderer;
 
 mod align;
 mod camera;
+#[cfg(test)]
+mod constant_tests;
 mod depth_map;
 mod depths;
 mod enlarge;

@@ -30,7 +30,7 @@ use room::Picture;
 
 /// Most pixels of a picture, and of the G-buffer behind it: a word each fits a storage
 /// binding of 128 MiB.
-const MAX_PIXELS: u64 = 1 << 25;
+pub(crate) const MAX_PIXELS: u64 = 1 << 25;
 
 /// Holds a scene on the device and renders views of it.
 #[derive(Debug)]

@@ -10,7 +10,7 @@ use crate::{
     splat, surface, tiles,
 };
 
-fn sources() -> Vec<(&'static str, String)> {
+pub(crate) fn sources() -> Vec<(&'static str, String)> {
     vec![
         ("mesh", mesh::wgsl()),
         ("splat", splat::wgsl(Route::Atomic32, SplatNormals::Eye)),

@@ -183,3 +183,14 @@ pub const SIGHT_BRIGHTNESS: f64 = 0.01;
 /// Share of the cells that must be so: whether one is seen is decided, where a surface ends, by the
 /// rounding of its depth.
 pub const SIGHT_SHARE: f64 = 0.999;
+
+/// A homography in f64 against the rotation that it is without a baseline, in its elements: of up to
+/// a thousand pixels times a depth of tens of metres, which f64 holds to 1e-11.
+pub const HOMOGRAPHY_F64: f64 = 1e-6;
+
+/// The determinant of a homography that is singular, in f64, of what its columns' lengths make.
+pub const SINGULAR: f64 = 1e-9;
+
+/// A channel of an enlarged picture against the slope that it samples, in 255ths: it is rounded to a
+/// byte, and its weights are f32.
+pub const ENLARGED_255: f64 = 0.51;

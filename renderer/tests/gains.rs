@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use flaneur_renderer::{Frame, Settings};
-use flaneur_scene::{PosedCamera, SceneUpdate, View};
+use flaneur_scene::{PosedCamera, SceneUpdate, View, linear_from_srgb, srgb_from_linear};
 use glam::{DVec3, UVec2};
 
 const SIZE: UVec2 = UVec2::new(240, 160);
@@ -32,10 +32,6 @@ fn updates(street: &Street) -> Vec<SceneUpdate> {
         updates.push(image_update(image));
     }
     updates
-}
-
-fn linear_from_srgb(c: f64) -> f64 {
-    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }
 
 /// How much brighter than the truth the pixels are that lie away from edges, sorted: green.

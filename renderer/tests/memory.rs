@@ -7,7 +7,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use flaneur_renderer::{MemoryReport, RenderError, Settings, Texturing};
-use flaneur_scene::{ImageId, ImageUpdate, NodeKey, PointChunk, PointNodeId, SceneUpdate, View};
+use flaneur_scene::{
+    ImageId, ImageUpdate, NodeKey, PointChunk, PointNodeId, SceneUpdate, View, linear_from_srgb,
+    srgb_from_linear,
+};
 use glam::{DVec3, UVec2};
 use proptest::prelude::*;
 
@@ -97,10 +100,7 @@ fn photograph(street: &Street, index: u32) -> SceneUpdate {
 /// The photograph at its next level, as the device makes it: colours in linear light.
 fn halved(image: &ImageUpdate) -> ImageUpdate {
     let size = image.size / 2;
-    let linear = |byte: u8| {
-        let c = f64::from(byte) / 255.0;
-        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-    };
+    let linear = |byte: u8| linear_from_srgb(f64::from(byte) / 255.0);
     let mut rgba = Vec::new();
     for (y, x) in (0..size.y).flat_map(|y| (0..size.x).map(move |x| (y, x))) {
         let texels = [[0, 0], [1, 0], [0, 1], [1, 1]]

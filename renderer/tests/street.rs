@@ -4,7 +4,9 @@ mod common;
 
 use common::*;
 use flaneur_renderer::{Frame, Mode, Settings, Surface};
-use flaneur_scene::{Distortion, Intrinsics, Lens, PosedCamera, SceneUpdate, View};
+use flaneur_scene::{
+    Distortion, Intrinsics, Lens, PosedCamera, SceneUpdate, View, srgb_from_linear,
+};
 use glam::{DVec2, DVec3, UVec2};
 use tolerances::{FAR_AWAY_255, OWN_PHOTOGRAPH_MEAN_255};
 

@@ -4,7 +4,9 @@ mod common;
 
 use common::*;
 use flaneur_renderer::{Frame, Mode, Settings, SplatNormals, SplatRoute, Surface, Texturing};
-use flaneur_scene::{Distortion, Intrinsics, Lens, PointChunk, SceneUpdate, View};
+use flaneur_scene::{
+    Distortion, Intrinsics, Lens, PointChunk, SceneUpdate, View, linear_from_srgb,
+};
 use glam::{DVec3, UVec2};
 use tolerances::{HOMOGRAPHY_PX, TEXTURING_255, TEXTURING_WRONG_SHARE};
 
@@ -187,8 +189,4 @@ fn pixels_of_a_photograph_are_found_within_a_hundredth() {
         println!("{compared} compared, worst {worst:.5} px, {wrong} beyond");
         assert!(compared > 5000 && wrong == 0, "{wrong} of {compared}, worst {worst} px");
     }
-}
-
-fn linear_from_srgb(c: f64) -> f64 {
-    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }

@@ -27,6 +27,7 @@ mod octree;
 mod orientation;
 mod panorama;
 mod points;
+mod srgb;
 mod update;
 mod view;
 
@@ -44,5 +45,6 @@ pub use octree::{Node, NodeKey, OctreeCube};
 pub use orientation::{heading_pitch_roll, world_from_rig};
 pub use panorama::{Panorama, Projection, RigCamera};
 pub use points::{PointChunk, PointNodeId};
+pub use srgb::{linear_from_srgb, srgb_from_linear};
 pub use update::{ImageUpdate, SceneUpdate};
 pub use view::{Ray, View, ViewProjection};

@@ -24,15 +24,15 @@ use glam::{DMat2, DVec2, DVec3, IVec2, UVec2};
 
 use crate::reference::field::{Field, cells, shares};
 
-const NOISE: f64 = 0.015;
-const ALIKE: f64 = 0.007;
-const LONGEST: f64 = 1.0;
+pub(crate) const NOISE: f64 = 0.015;
+pub(crate) const ALIKE: f64 = 0.007;
+pub(crate) const LONGEST: f64 = 1.0;
 /// The δ beyond which cells show something else.
-const OTHER: f64 = 0.1;
+pub(crate) const OTHER: f64 = 0.1;
 /// Of what a pattern stands out, cells to all sides.
-const AROUND: u32 = 4;
+pub(crate) const AROUND: u32 = 4;
 /// Of the sums for one step, cells to all sides.
-const WINDOW: u32 = 3;
+pub(crate) const WINDOW: u32 = 3;
 /// What is weighed even where there is nothing to see.
 const LEAST_TRACE: f64 = 1e-6;
 /// Share of what has a part in a place that both must see.

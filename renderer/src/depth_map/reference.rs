@@ -44,10 +44,16 @@ pub(crate) enum Place {
 }
 
 /// Centimetres of noise allowed to lidar ranges.
-const POINT_NOISE_M: f64 = 0.03;
+pub(crate) const POINT_NOISE_M: f64 = 0.03;
 
 /// How far apart drives may put one surface, metres.
-const UNDECIDED_M: f64 = 0.4;
+pub(crate) const UNDECIDED_M: f64 = 0.4;
+
+/// What is left of visibility where they have.
+pub(crate) const UNDECIDED: f64 = 1e-4;
+
+/// Sine of the angle between ray and plane below which neither relief nor bias grows further.
+pub(crate) const LEAST_SLOPE: f64 = 0.1;
 
 pub(crate) fn depth_on_texel_ray(c: DVec3, n: DVec3, ray: DVec3) -> f64 {
     let z = n.dot(c) / n.dot(ray);
@@ -55,12 +61,10 @@ pub(crate) fn depth_on_texel_ray(c: DVec3, n: DVec3, ray: DVec3) -> f64 {
 }
 
 pub(crate) fn relief_depth(relief_m: f64, n: DVec3, ray: DVec3) -> f64 {
-    const LEAST_SLOPE: f64 = 0.1;
     relief_m / n.dot(ray).abs().max(LEAST_SLOPE)
 }
 
 pub(crate) fn depth_bias(texel_m: f64, pose_m: f64, n: DVec3, ray: DVec3) -> f64 {
-    const LEAST_SLOPE: f64 = 0.1;
     texel_m + pose_m * (1.0 + n.truncate().length() / n.dot(ray).abs().max(LEAST_SLOPE))
 }
 
@@ -79,5 +83,5 @@ pub(crate) fn visibility(
         return 0.0;
     }
     let hidden_by_m = z - relief - bias - POINT_NOISE_M - occluders.point_m;
-    if hidden_by_m <= 0.0 { 1.0 } else { 1e-4 * (1.0 - hidden_by_m / UNDECIDED_M).max(0.0) }
+    if hidden_by_m <= 0.0 { 1.0 } else { UNDECIDED * (1.0 - hidden_by_m / UNDECIDED_M).max(0.0) }
 }

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3, UVec2};
 use super::reference::{Found, Pinhole, by_homography, by_projection, homography};
 use crate::camera::gpu_data::Camera;
 use crate::kernel_tests::run;
-use crate::tolerances::HOMOGRAPHY_PX;
+use crate::tolerances::{HOMOGRAPHY_F64, HOMOGRAPHY_PX, SINGULAR};
 use crate::{camera, pinhole};
 
 const KERNEL: &str = "
@@ -350,7 +350,7 @@ fn the_photographs_centre_on_the_plane() {
     for case in &cases {
         let (h, _) = homography(&ideal(&case.view), &ideal(&case.photograph), case.p, case.n);
         let scale = h.x_axis.length() * h.y_axis.length() * h.z_axis.length();
-        assert!(h.determinant().abs() < 1e-9 * scale, "{case:?}");
+        assert!(h.determinant().abs() < SINGULAR * scale, "{case:?}");
     }
     let shown = compare("centre on the plane", &cases, |_| HOMOGRAPHY_PX);
     assert!(shown > 300, "{shown}");
@@ -372,7 +372,10 @@ fn no_baseline() {
         let (view, photograph) = (ideal(&case.view), ideal(&case.photograph));
         let (h, _) = homography(&view, &photograph, case.p, case.n);
         let rotation = photograph.m * view.m.inverse() * case.n.dot(case.p - view.centre);
-        assert!((h - rotation).abs().to_cols_array().iter().all(|&x| x < 1e-6), "{case:?}");
+        assert!(
+            (h - rotation).abs().to_cols_array().iter().all(|&x| x < HOMOGRAPHY_F64),
+            "{case:?}"
+        );
     }
 }
 

@@ -83,6 +83,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tolerances::OVERLAP_LOGARITHM;
 
     /// Two photographs, the second `ratio` times as bright, with two places out of five wrong.
     fn samples(ratio: f32, places: usize) -> Samples {
@@ -103,7 +104,7 @@ mod tests {
         let [overlap] = found.as_slice() else { panic!("{found:?}") };
         assert_eq!((overlap.a, overlap.b), (0, 1));
         let error = overlap.log_ratio.map(|r| (r - 0.7f64.ln()).abs());
-        assert!(error.iter().all(|e| *e < 1e-5), "{error:?}");
+        assert!(error.iter().all(|e| *e < OVERLAP_LOGARITHM), "{error:?}");
     }
 
     #[test]

@@ -23,11 +23,17 @@ use super::overlaps::{
 };
 use super::solve::{COLOUR_DEVIATION, EXPOSURE_DEVIATION, LARGEST_GAIN};
 use crate::depth_map::reference::Occluders;
+use crate::surface::reference::SAME_SURFACE_M;
 
 /// Width of what is averaged around a place, as a share of its depth.
 pub(crate) const FOOTPRINT: f64 = 0.03;
 /// Least width, in texels of the photograph, of what is averaged.
 pub(crate) const LEAST_TEXELS: f64 = 0.5;
+/// How far a place may lie off the surface that a depth map knows there, beside what a surface may
+/// be off a mesh, as a share of its depth.
+pub(crate) const AGREES_SHARE: f64 = 0.02;
+/// Share of its depth by which a surface may recede within what is averaged around a place.
+pub(crate) const SAME_SURFACE_SHARE: f64 = 0.2;
 
 /// Depth and uncertainty; `None` where nothing is known.
 pub(crate) fn known_surface(texel: Occluders) -> Option<(f64, f64)> {
@@ -42,12 +48,12 @@ pub(crate) fn known_surface(texel: Occluders) -> Option<(f64, f64)> {
 /// How much nearer z lies than the surface's limits of agreement, metres; negative where it does
 /// not agree.
 pub(crate) fn agreement(z: f64, (surface_m, uncertainty_m): (f64, f64)) -> f64 {
-    0.15 + 0.02 * z + uncertainty_m - (z - surface_m).abs()
+    SAME_SURFACE_M + AGREES_SHARE * z + uncertainty_m - (z - surface_m).abs()
 }
 
 /// The same for whether a surface beside that at z is the same one.
 pub(crate) fn continuity(z: f64, beside_m: f64) -> f64 {
-    0.2 * z - (z - beside_m).abs()
+    SAME_SURFACE_SHARE * z - (z - beside_m).abs()
 }
 
 /// What the linear colours, a's and b's, say that two photographs show of the same places.

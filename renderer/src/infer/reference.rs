@@ -25,11 +25,11 @@ use glam::{DVec3, UVec2};
 
 use crate::reference::field::{Field, cells};
 
-const WORST: f64 = 0.12;
-const UNSEEN: f64 = 0.08;
-const REACH: u32 = 5;
-const PRIOR: f64 = 0.004;
-const KEPT: f64 = 0.004;
+pub(crate) const WORST: f64 = 0.12;
+pub(crate) const UNSEEN: f64 = 0.08;
+pub(crate) const REACH: u32 = 5;
+pub(crate) const PRIOR: f64 = 0.004;
+pub(crate) const KEPT: f64 = 0.004;
 
 /// A value with its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,11 +1,11 @@
 //! From what a pixel shows to its colour, by mode.
 
-use flaneur_scene::SurfaceClass;
+use flaneur_scene::{SurfaceClass, srgb_from_linear};
 use glam::DVec3;
 
 use super::rigs::Blend;
-use super::srgb;
 use crate::Mode;
+use crate::depth_map::reference::POINT_NOISE_M;
 
 /// What a pixel shows, as far as its colour goes.
 #[derive(Clone, Copy, Debug)]
@@ -25,19 +25,16 @@ pub(super) enum What {
     Point { colour: Option<[u8; 3]> },
 }
 
-/// How far a point may be off, metres.
-const POINT_M: f64 = 0.03;
-
 /// The colour of a pixel, sRGB, 0 to 1.
 pub(super) fn colour(pixel: &Pixel, mode: Mode) -> DVec3 {
-    let blended = |linear: DVec3| linear.map(srgb::srgb_from_linear).min(DVec3::ONE);
+    let blended = |linear: DVec3| linear.map(srgb_from_linear).min(DVec3::ONE);
     match (mode, &pixel.blend) {
         (Mode::Depth, _) => DVec3::splat(10.0 / (10.0 + pixel.depth_m)),
         (Mode::Normals, _) => 0.5 + 0.5 * pixel.normal,
         (Mode::Uncertainty, blend) => {
             let metres = match pixel.what {
                 What::Mesh { uncertainty_m, .. } => uncertainty_m,
-                What::Point { .. } => POINT_M,
+                What::Point { .. } => POINT_NOISE_M,
             };
             // A tenth of a metre in the middle, a factor of ten to either end.
             let t = (0.5 + 0.5 * (metres.max(0.01) / 0.1).log10()).clamp(0.0, 1.0);

@@ -48,7 +48,6 @@ pub(crate) mod field;
 mod photograph;
 mod pyramid;
 mod rigs;
-mod srgb;
 mod surfaces;
 #[cfg(test)]
 mod tests;

@@ -17,10 +17,9 @@ use crate::frustum::Frustum;
 use crate::gains::reference::{FOOTPRINT, LEAST_TEXELS, agreement, continuity, known_surface};
 use crate::mesh::reference::NO_MESH_M;
 use crate::pinhole::{MAX_TANGENT, Pinhole};
+use crate::shade::reference::NEAREST_DEPTH_M;
 use crate::surface::reference::Shown;
 
-/// Nothing nearer to a photograph's eye plane is looked up in it, metres.
-const NEAREST_DEPTH_M: f64 = 0.05;
 /// Levels of detail less than this are rounding: the full level alone is exact.
 const LEAST_LOD: f64 = 0.02;
 

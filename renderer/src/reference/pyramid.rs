@@ -1,9 +1,8 @@
 //! A photograph's levels of detail, and lookups between them.
 
-use flaneur_scene::ImageUpdate;
+use flaneur_scene::{ImageUpdate, linear_from_srgb, srgb_from_linear};
 use glam::{DVec2, DVec3, UVec2};
 
-use super::srgb;
 use crate::photographs::atlas::MAX_LOD;
 
 /// A photograph and its halves.
@@ -29,7 +28,7 @@ impl Pyramid {
             .map(|texel| {
                 let channel = |i: usize| f64::from(texel[i]) / 255.0;
                 let colour = DVec3::new(channel(0), channel(1), channel(2));
-                (colour.map(srgb::linear_from_srgb), channel(3))
+                (colour.map(linear_from_srgb), channel(3))
             })
             .collect();
         let mut levels = vec![Level { size: image.size, texels }];
@@ -94,7 +93,7 @@ impl Level {
             }
             let mean = if mask > 0.0 { colour / mask } else { colour };
             (
-                mean.map(|c| srgb::linear_from_srgb(byte(srgb::srgb_from_linear(c)))),
+                mean.map(|c| linear_from_srgb(byte(srgb_from_linear(c)))),
                 if shown { byte(mask / 4.0) } else { 0.0 },
             )
         };

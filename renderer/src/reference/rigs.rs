@@ -13,13 +13,13 @@ use super::triangles::Triangles;
 use crate::Settings;
 use crate::frustum::Frustum;
 use crate::pinhole::Pinhole;
+use crate::renderer::MAX_PIXELS;
 use crate::shade::photograph::{closeness, mark, rig_weight};
-use crate::shade::reference::{edge_weight, feather_weight, mask_weight, park_weight};
+use crate::shade::reference::{OPAQUE, edge_weight, feather_weight, mask_weight, park_weight};
 use crate::surface::reference::Shown;
 
 /// Of the ideal picture behind a distorted view, whose field of view alone matters here.
 pub(super) const MAX_SIDE: u32 = 8192;
-const MAX_PIXELS: u64 = 1 << 25;
 
 /// The photographs that may colour the pixels of one eye.
 #[derive(Debug)]
@@ -137,8 +137,6 @@ impl<'a> Rigs<'a> {
         pixels_per_m: f64,
         halved: f64,
     ) -> Option<f64> {
-        /// Masks this close to one have nothing hidden in them.
-        const OPAQUE: f64 = 0.999;
         let (_, Camera { photograph, gain, .. }, seen) =
             self.drawn().nth(rig)?.best(position, self.eye)?;
         let (colour, inside) = photograph.look_up(&seen, pixels_per_m, halved);

@@ -19,10 +19,19 @@
 
 use glam::DVec3;
 
+/// Nothing nearer to a photograph's eye plane is looked up in it, metres.
+pub(crate) const NEAREST_DEPTH_M: f64 = 0.05;
+/// Masks this close to one have nothing hidden in them.
+pub(crate) const OPAQUE: f64 = 0.999;
+/// Keeps the weight finite where the eye, or the place, is at a photograph's centre, metres.
+pub(crate) const NEAREST_M: f64 = 0.05;
+/// Cosine at which a surface is seen so nearly edge-on that nothing is seen of it.
+pub(crate) const SEEN_COSINE: f64 = 0.01;
+/// Share of the picture's shorter side over which a photograph fades towards its border.
+pub(crate) const FEATHER: f64 = 0.05;
+
 /// `eye_distance_2`: the square of `dist_uk`, metres.
 pub(crate) fn park_weight(n: DVec3, place: DVec3, photograph: DVec3, eye_distance_2: f64) -> f64 {
-    const NEAREST_M: f64 = 0.05;
-    const SEEN_COSINE: f64 = 0.01;
     let to_photograph = photograph - place;
     let cosine = n.dot(to_photograph.normalize());
     if cosine <= SEEN_COSINE {
@@ -34,7 +43,7 @@ pub(crate) fn park_weight(n: DVec3, place: DVec3, photograph: DVec3, eye_distanc
 }
 
 pub(crate) fn feather_weight(border: f64) -> f64 {
-    let t = (border / 0.05).clamp(0.0, 1.0);
+    let t = (border / FEATHER).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 

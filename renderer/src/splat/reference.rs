@@ -22,7 +22,7 @@ use glam::DVec3;
 use super::MIN_RADIUS_PX;
 
 /// Cosine below which a disc turns back towards the eye.
-const LEAST_COSINE: f64 = 0.1;
+pub(crate) const LEAST_COSINE: f64 = 0.1;
 
 /// A point in the camera's frame, metres.
 #[derive(Clone, Copy, Debug)]

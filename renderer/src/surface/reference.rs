@@ -48,10 +48,10 @@ pub(crate) struct Shown {
 }
 
 /// Noise between drives, and discs that do not lie in their surface, metres.
-const RELIEF_M: f64 = 0.1;
+pub(crate) const RELIEF_M: f64 = 0.1;
 /// Points this near to a mesh are its surface however certain the mesh is: waves and kerbs that
 /// a grid of terrain does not follow.
-const SAME_SURFACE_M: f64 = 0.15;
+pub(crate) const SAME_SURFACE_M: f64 = 0.15;
 
 /// What the ray `origin + t direction` shows, relative to the eye, of depth 1 at `t = 1`.
 pub(crate) fn shown(

@@ -13,9 +13,7 @@ use glam::{DVec2, DVec3};
 
 use crate::frustum::Frustum;
 use crate::pinhole::MAX_TANGENT;
-
-/// Nothing nearer to a photograph's eye plane is looked up in it, metres.
-const NEAREST_DEPTH_M: f64 = 0.05;
+use crate::shade::reference::NEAREST_DEPTH_M;
 
 /// Whether a photograph sees a place (world).
 pub(crate) fn sees(photograph: &PosedCamera, place: DVec3) -> bool {

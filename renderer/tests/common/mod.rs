@@ -11,7 +11,7 @@ use std::sync::Arc;
 use flaneur_renderer::{Frame, Gpu, Renderer, Settings};
 use flaneur_scene::{
     ImageId, ImageUpdate, Lens, MeshTile, MeshVertex, NodeKey, PointChunk, PointNodeId,
-    PosedCamera, SceneUpdate, SurfaceClass, TileKey, TileLayer, View,
+    PosedCamera, SceneUpdate, SurfaceClass, TileKey, TileLayer, View, srgb_from_linear,
 };
 use glam::{DVec2, DVec3, UVec2};
 
@@ -279,10 +279,6 @@ pub fn is_interior(
             key((y * width + x) as usize) == key(index)
         })
     })
-}
-
-pub fn srgb_from_linear(c: f64) -> f64 {
-    if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// How a frame's coloured pixels, away from edges, differ from what the street really looks

@@ -1,5 +1,6 @@
 //! From radiance to the numbers of an image file.
 
+use flaneur_scene::srgb_from_linear;
 use glam::DVec3;
 
 /// Radiance times this is what the curve takes.
@@ -9,14 +10,10 @@ const EXPOSURE: f64 = 1.55;
 /// function.
 pub(crate) fn display(radiance: DVec3) -> DVec3 {
     // Linear in the shadows, 1 − e^−x above: highlights roll off without clipping hard.
-    (radiance * EXPOSURE).map(|x| transfer(shoulder(x.max(0.0))))
+    (radiance * EXPOSURE).map(|x| srgb_from_linear(shoulder(x.max(0.0))))
 }
 
 fn shoulder(x: f64) -> f64 {
     const KNEE: f64 = 0.55;
     if x < KNEE { x } else { KNEE + (1.0 - KNEE) * (1.0 - (-(x - KNEE) / (1.0 - KNEE)).exp()) }
-}
-
-fn transfer(x: f64) -> f64 {
-    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }

@@ -1,12 +1,11 @@
 //! Exposure gains: the device's factors against f64, and the frames that they make.
 
-use flaneur_scene::{ImageUpdate, SceneUpdate, View};
+use flaneur_scene::{ImageUpdate, SceneUpdate, View, linear_from_srgb, srgb_from_linear};
 use glam::{DVec3, UVec2};
 
 use super::common::{Street, camera, image_update, mesh_update, points_update};
 use super::{SIZE, Scene, both, keep_both, settings};
 use crate::kernel_tests::gpu;
-use crate::reference::srgb::{linear_from_srgb, srgb_from_linear};
 use crate::tolerances::{FRAME_ALIKE_SHARE, GAIN_LOGARITHM};
 use crate::{Mode, Renderer, Settings};
 

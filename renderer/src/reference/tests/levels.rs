@@ -1,6 +1,6 @@
 //! The levels of detail of a photograph on the device against f64.
 
-use flaneur_scene::{ImageUpdate, PosedCamera, View};
+use flaneur_scene::{ImageUpdate, PosedCamera, View, srgb_from_linear};
 use glam::{DVec3, UVec2};
 use wgpu::BindingResource::TextureView as Texture;
 
@@ -9,7 +9,6 @@ use crate::kernel_tests::channels::{Channels, draw};
 use crate::kernel_tests::gpu;
 use crate::photographs::atlas::{Atlas, MAX_LOD, Place};
 use crate::reference::pyramid::Pyramid;
-use crate::reference::srgb::srgb_from_linear;
 use crate::screen::screen_pass_with;
 use crate::tolerances::{DECODED_255, HALVED_255, HALVED_MASK_255};
 

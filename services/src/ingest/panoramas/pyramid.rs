@@ -4,6 +4,7 @@
 //! that it covers: sRGB is undone, averaged, and applied again. Image corners stay image
 //! corners, so a lens scales exactly ([`flaneur_scene::Lens::scaled_to`]).
 
+use flaneur_scene::{linear_from_srgb, srgb_from_linear};
 use glam::UVec2;
 use jpeg_encoder::{ChromaSubsamplingMethod, ColorType, Encoder};
 
@@ -135,15 +136,6 @@ fn halve<S: Copy>(size: UVec2, samples: &[S], linear: impl Fn(S) -> f32) -> Line
         }
     }
     LinearImage { size: UVec2::new(columns.len() as u32, rows.len() as u32), samples: half }
-}
-
-/// IEC 61966-2-1, on 0 to 1.
-fn linear_from_srgb(s: f64) -> f64 {
-    if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
-}
-
-fn srgb_from_linear(l: f64) -> f64 {
-    if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]

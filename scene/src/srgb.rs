@@ -1,10 +1,12 @@
-//! The curve of IEC 61966-2-1, and its inverse, of one channel from 0 to 1.
+//! The curve that photographs' bytes follow.
 
-pub(super) fn srgb_from_linear(c: f64) -> f64 {
+/// The curve of IEC 61966-2-1, of one channel from 0 to 1.
+pub fn srgb_from_linear(c: f64) -> f64 {
     if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }
 }
 
-pub(super) fn linear_from_srgb(c: f64) -> f64 {
+/// Its inverse.
+pub fn linear_from_srgb(c: f64) -> f64 {
     if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }
 
