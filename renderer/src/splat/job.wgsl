@@ -5,8 +5,11 @@ struct Job {
     camera: Camera,
     // 0: nearest depth. 1: lowest index among those at that depth.
     phase: u32,
-    // First of this job's blocks in `blocks`.
+    // This job's share of `blocks`.
     first_block: u32,
+    end_block: u32,
+    // Workgroups a strip, see splat.wgsl.
+    strip: u32,
     // Texels a row of the target.
     stride: u32,
     // Smallest radius, pixels: one that surely covers a pixel centre.
@@ -18,4 +21,6 @@ struct Job {
     push_on_plane: f32,
     // Discs whose box has more pixels are left to quads.
     most_pixels: u32,
+    padding_0: u32,
+    padding_1: u32,
 }

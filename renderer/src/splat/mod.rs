@@ -89,12 +89,15 @@ pub(crate) mod gpu_data {
         pub(crate) camera: Camera,
         pub(crate) phase: u32,
         pub(crate) first_block: u32,
+        pub(crate) end_block: u32,
+        pub(crate) strip: u32,
         pub(crate) stride: u32,
         pub(crate) min_radius_px: f32,
         pub(crate) max_radius_px: f32,
         pub(crate) push: f32,
         pub(crate) push_on_plane: f32,
         pub(crate) most_pixels: u32,
+        pub(crate) padding: [u32; 2],
     }
 }
 
@@ -274,12 +277,15 @@ fn job(camera: &Camera, stride: u32, max_radius_px: f32, push: [f32; 2]) -> gpu_
         camera: *camera,
         phase: 0,
         first_block: 0,
+        end_block: 0,
+        strip: 0,
         stride,
         min_radius_px: MIN_RADIUS_PX,
         max_radius_px,
         push: push[0],
         push_on_plane: push[1],
         most_pixels: u32::MAX,
+        padding: [0; 2],
     }
 }
 

@@ -7,6 +7,8 @@ use super::{Nearest, entry, gpu_data};
 use crate::Gpu;
 use crate::points::{DrawList, PointStore};
 
+/// Strips that a page's blocks are dealt out to; `STRIPS` in splat.wgsl.
+const STRIPS: u32 = 16;
 /// Uniforms start at multiples of this on every device.
 const JOB_STRIDE: usize = 256;
 
@@ -67,9 +69,15 @@ impl Run<'_> {
         let jobs: Vec<PaddedJob> = self
             .phases
             .iter()
-            .flat_map(|&phase| list.pages.iter().map(move |(_, blocks)| (phase, blocks.start)))
-            .map(|(phase, first_block)| {
-                let job = gpu_data::Job { phase, first_block, ..self.job };
+            .flat_map(|&phase| list.pages.iter().map(move |(_, blocks)| (phase, blocks)))
+            .map(|(phase, blocks)| {
+                let job = gpu_data::Job {
+                    phase,
+                    first_block: blocks.start,
+                    end_block: blocks.end,
+                    strip: strip(blocks),
+                    ..self.job
+                };
                 PaddedJob { job, padding: [0; _] }
             })
             .collect();
@@ -93,7 +101,7 @@ impl Run<'_> {
                 let bind_group = self.bind_group(gpu, store, *page, uploaded, binding.clone());
                 pass.set_bind_group(0, &bind_group, &[]);
                 // A page has at most 8192 blocks, far below the limit of a row of workgroups.
-                pass.dispatch_workgroups(blocks.len() as u32, 1, 1);
+                pass.dispatch_workgroups(STRIPS * strip(blocks), 1, 1);
                 job = Some(binding);
             }
             drop(pass);
@@ -129,4 +137,9 @@ impl Run<'_> {
             entries: &entries,
         })
     }
+}
+
+/// Blocks of the longest strip.
+fn strip(blocks: &std::ops::Range<u32>) -> u32 {
+    (blocks.end - blocks.start).div_ceil(STRIPS)
 }

@@ -3,6 +3,8 @@
 // estimated.wgsl.
 
 const BLOCK_POINTS: u32 = 256u;
+// Mirrors `STRIPS` in splat/run.rs.
+const STRIPS: u32 = 16u;
 
 @group(0) @binding(0) var<uniform> job: Job;
 // Position relative to the chunk's origin as three f32; then the code: colour in the low 24
@@ -17,7 +19,10 @@ const BLOCK_POINTS: u32 = 256u;
 // All phases run this one entry point, so that they compute the same bits.
 @compute @workgroup_size(256)
 fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let entry = job.first_block + group.x;
+    let entry = job.first_block + turn_of(group.x);
+    if entry >= job.end_block {
+        return;
+    }
     let block = blocks[entry];
     let place = block.x * BLOCK_POINTS + lane;
     let point = points[place];
@@ -59,6 +64,12 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
             at = vec2(extent.low.x, at.y + 1.0);
         }
     }
+}
+
+// Neighbouring blocks have discs of like sizes, and a software device gives each of its threads
+// one run of workgroups: strips, which each take every sixteenth block, are equally much work.
+fn turn_of(group: u32) -> u32 {
+    return group % job.strip * STRIPS + group / job.strip;
 }
 
 fn drawn_radius(p: vec3<f32>, stored: f32) -> f32 {
