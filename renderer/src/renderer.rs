@@ -371,16 +371,25 @@ impl Renderer {
             view,
             frame: &frame,
             photographs: &photographs,
+            frustums: &seen,
             atlas: &self.photographs.atlas,
             extent_m: farthest(&bounds, eye),
         };
         if let Some(cells) = inferring {
-            self.infer_pass.draw(gpu, stages.encoder(), evidence, cells, targets);
+            self.infer_pass.draw(gpu, stages.encoder(), &self.tile_pass, evidence, cells, targets);
             stages.ended("infer")?;
         }
         if aligning {
             let align = &mut self.align_pass;
-            let shares = align.draw(gpu, stages.encoder(), &camera, evidence, &self.maps, targets);
+            let shares = align.draw(
+                gpu,
+                stages.encoder(),
+                &self.tile_pass,
+                &camera,
+                evidence,
+                &self.maps,
+                targets,
+            );
             if let Some(shares) = shares {
                 align::share_out(&mut photographs, shares, align.step());
             }

@@ -14,10 +14,11 @@ use wgpu::util::DeviceExt as _;
 
 use crate::camera::gpu_data::Camera;
 use crate::depth_map::DepthMaps;
-use crate::infer::{Evidence, Grid, SightPass, Sights, UNIFORM, texture_of};
+use crate::infer::{Evidence, Grid, RECORDS, SightPass, Sights, UNIFORM, texture_of};
 use crate::screen::{ScreenPass, screen_pass};
 use crate::shade::photograph::Drawn;
 use crate::targets::Targets;
+use crate::tiles::{Shown, TilePass};
 use crate::{Gpu, infer, memory, shade};
 
 mod level;
@@ -30,9 +31,7 @@ use level::{DISPLACEMENT_FORMAT, FOUR_FORMAT, Level, SOLVED_FORMAT, TWO_FORMAT, 
 const LUCAS_KANADE_WGSL: &str = include_str!("lucas_kanade.wgsl");
 const ALIGNMENT_WGSL: &str = include_str!("alignment.wgsl");
 
-/// Records of the picture, and depth maps.
-const RECORDS: wgpu::BindingType =
-    texture_of(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2);
+/// Depth maps.
 const MAPS: wgpu::BindingType = texture_of(
     wgpu::TextureSampleType::Float { filterable: false },
     wgpu::TextureViewDimension::D2Array,
@@ -192,6 +191,7 @@ impl AlignPass {
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
+        tile_pass: &TilePass,
         camera: &Camera,
         evidence: Evidence<'_>,
         maps: &DepthMaps,
@@ -202,6 +202,9 @@ impl AlignPass {
             rigs.filter_map(|rig| rig.first()).map(|drawn| drawn.rig_distance_m).collect();
         let shares = Shares::new(&distances).filter(|shares| shares.applied > 0.0)?;
         self.resize(gpu, evidence.view)?;
+        let (eye, size) = (evidence.view.eye(), evidence.view.size());
+        let shown = Shown { eye, size, positions: &targets.records.positions };
+        let tiles = tile_pass.lists(gpu, encoder, evidence.of_nearest(2), false, shown)?;
         let uniform = |contents: &[u8]| {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("align"),
@@ -234,6 +237,7 @@ impl AlignPass {
                 ],
                 rigs: &level.sights,
                 ranks: &level.ranks,
+                tiles: &tiles,
             };
             self.sight.draw(gpu, encoder, evidence, sights);
             let [first, second] = &level.sights;

@@ -11,10 +11,10 @@ struct Sight {
 @group(0) @binding(2) var orientations: texture_2d<u32>;
 @group(0) @binding(6) var<uniform> alignment: Alignment;
 
+// Tiles are the picture's.
 @vertex
-fn whole(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    // One triangle over the viewport.
-    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+fn tile(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> @builtin(position) vec4<f32> {
+    return corner_of(tile, index, alignment.step * vec2<f32>(alignment.cells));
 }
 
 @fragment

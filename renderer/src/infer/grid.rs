@@ -2,6 +2,7 @@
 
 use glam::UVec2;
 
+use crate::surface::POSITION_FORMAT;
 use crate::{Gpu, memory};
 
 /// Pixels a side of the smallest cells.
@@ -71,7 +72,8 @@ impl Grid {
         UVec2::new(self.cells.x, self.cells.y * self.hypotheses.div_ceil(4))
     }
 
-    fn tall(&self) -> UVec2 {
+    /// All hypotheses, one below the other.
+    pub(super) fn tall(&self) -> UVec2 {
         UVec2::new(self.cells.x, self.cells.y * self.hypotheses)
     }
 }
@@ -85,6 +87,8 @@ pub(super) struct Cells {
     pub(super) known: Vec<wgpu::TextureView>,
     /// The same, whole.
     pub(super) whole: Vec<wgpu::TextureView>,
+    /// Where all hypotheses lie.
+    pub(super) places: wgpu::TextureView,
     pub(super) sights: wgpu::TextureView,
     /// Its layers, one a rig.
     pub(super) sight_of_rig: Vec<wgpu::TextureView>,
@@ -103,6 +107,7 @@ impl Cells {
         let pyramid = pyramid(grid.cells);
         pyramid.iter().map(|&size| of(KNOWN_FORMAT, size, 1) + inverse(size)).sum::<u64>()
             + of(RAY_FORMAT, grid.cells, 1)
+            + of(POSITION_FORMAT, grid.tall(), 1)
             + of(SIGHT_FORMAT, grid.tall(), MAX_RIGS)
             + of(RANK_FORMAT, grid.tall(), 1)
             + 2 * of(COST_FORMAT, grid.packed(), 1)
@@ -111,8 +116,8 @@ impl Cells {
 
     /// Bytes on the device.
     pub(super) fn bytes(&self) -> u64 {
-        let Self { rays, known, whole, sights, ranks, costs, chosen, settled, .. } = self;
-        let views = [rays, sights, ranks, chosen].into_iter().chain(known).chain(whole);
+        let Self { rays, known, whole, places, sights, ranks, costs, chosen, settled, .. } = self;
+        let views = [rays, places, sights, ranks, chosen].into_iter().chain(known).chain(whole);
         let views = views.chain(costs).chain(settled);
         views.map(|view| memory::of_texture(view.texture())).sum()
     }
@@ -151,6 +156,7 @@ impl Cells {
             rays: view(grid.cells, RAY_FORMAT),
             known: sizes.iter().map(|&size| view(size, KNOWN_FORMAT)).collect(),
             whole: sizes.iter().map(|&size| view(size, INVERSE_FORMAT)).collect(),
+            places: view(grid.tall(), POSITION_FORMAT),
             sights: sights.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
                 ..Default::default()

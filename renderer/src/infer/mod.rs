@@ -10,11 +10,13 @@
 use flaneur_scene::{PosedCamera, View};
 use wgpu::util::DeviceExt as _;
 
+use crate::frustum::Frustum;
 use crate::photographs::atlas::Atlas;
 use crate::screen::{ScreenPass, screen_pass, screen_pass_with};
 use crate::shade::photograph::Drawn;
 use crate::surface::{ORIENTATION_FORMAT, PLACE_WGSL, POSITION_FORMAT};
 use crate::targets::Targets;
+use crate::tiles::{Shown, TilePass};
 use crate::{Gpu, lens, octahedral, shade};
 
 mod grid;
@@ -28,16 +30,10 @@ pub(crate) use grid::Grid;
 use grid::{COST_FORMAT, Cells, INVERSE_FORMAT, MAX_RIGS};
 use grid::{KNOWN_FORMAT, RAY_FORMAT};
 pub(crate) use grid::{RANK_FORMAT, SIGHT_FORMAT};
-pub(crate) use sight::{BRIGHTNESS_WGSL, SightPass, Sights, UNIFORM, texture_of};
+pub(crate) use sight::{BRIGHTNESS_WGSL, RECORDS, SightPass, Sights, UNIFORM, texture_of};
 
 const INFERENCE_WGSL: &str = include_str!("inference.wgsl");
 pub(crate) const WHOLE_WGSL: &str = include_str!("whole.wgsl");
-
-/// A texture over the grid.
-const CELLS: wgpu::BindingType = texture_of(
-    wgpu::TextureSampleType::Float { filterable: false },
-    wgpu::TextureViewDimension::D2,
-);
 
 /// How many times the scene's extent away the backdrop is: what is so far moves less than a
 /// pixel between photographs.
@@ -83,11 +79,12 @@ pub(crate) mod gpu_data {
 }
 
 /// Every shader of this pass, by name.
-pub(crate) fn sources() -> [(&'static str, String); 10] {
+pub(crate) fn sources() -> [(&'static str, String); 11] {
     let with = |parts: &[&str]| parts.concat();
     let plain = |own: &str| with(&[INFERENCE_WGSL, WHOLE_WGSL, own]);
     let places = [octahedral::WGSL, PLACE_WGSL].concat();
     let gather = plain(include_str!("gather.wgsl"));
+    let hypotheses = plain(include_str!("places.wgsl"));
     let fill = plain(include_str!("fill.wgsl"));
     let choose = plain(include_str!("choose.wgsl"));
     [
@@ -95,6 +92,7 @@ pub(crate) fn sources() -> [(&'static str, String); 10] {
         ("pull", with(&[WHOLE_WGSL, include_str!("pull.wgsl")])),
         ("top", plain(include_str!("top.wgsl"))),
         ("push", with(&[WHOLE_WGSL, include_str!("push.wgsl")])),
+        ("places", [&places, &hypotheses[..]].concat()),
         ("sight", sight::wgsl()),
         ("cost", plain(include_str!("cost.wgsl"))),
         ("window", plain(include_str!("window.wgsl"))),
@@ -111,6 +109,7 @@ pub(crate) struct InferPass {
     pull: ScreenPass,
     top: ScreenPass,
     push: ScreenPass,
+    places: ScreenPass,
     sight: SightPass,
     cost: ScreenPass,
     windows: [ScreenPass; 2],
@@ -128,14 +127,24 @@ pub(crate) struct Evidence<'a> {
     pub(crate) frame: &'a shade::gpu_data::Frame,
     /// Ordered by rig, the nearest first.
     pub(crate) photographs: &'a [Drawn],
+    /// What each can see, and its rig.
+    pub(crate) frustums: &'a [(&'a Frustum, usize)],
     pub(crate) atlas: &'a Atlas,
     /// From the eye to the farthest resident geometry, metres; 0 without any.
     pub(crate) extent_m: f64,
 }
 
+impl<'a> Evidence<'a> {
+    /// What the photographs of so many rigs can see.
+    pub(crate) fn of_nearest(&self, rigs: usize) -> &'a [(&'a Frustum, usize)] {
+        let nearest = self.frustums.chunk_by(|(_, a), (_, b)| a == b).take(rigs);
+        &self.frustums[..nearest.map(<[_]>::len).sum()]
+    }
+}
+
 impl InferPass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let [gather, pull, top, push, _, cost, window, choose, settle, fill] = sources();
+        let [gather, pull, top, push, places, _, cost, window, choose, settle, fill] = sources();
         let pass = |(label, wgsl): (&'static str, String), formats: &[wgpu::TextureFormat]| {
             screen_pass(gpu, label, &wgsl, formats)
         };
@@ -148,11 +157,8 @@ impl InferPass {
             pull: pass(pull, &[KNOWN_FORMAT]),
             top: pass(top, &[INVERSE_FORMAT]),
             push: pass(push, &[INVERSE_FORMAT]),
-            sight: SightPass::new(
-                gpu,
-                &sight::wgsl(),
-                &[(0, UNIFORM), (6, UNIFORM), (7, CELLS), (8, CELLS)],
-            ),
+            places: pass(places, &[POSITION_FORMAT]),
+            sight: SightPass::new(gpu, &sight::wgsl(), &[(0, UNIFORM), (1, RECORDS), (6, UNIFORM)]),
             cost: pass(cost, &[COST_FORMAT]),
             windows: [along(true), along(false)],
             choose: pass(choose, &[INVERSE_FORMAT]),
@@ -191,6 +197,7 @@ impl InferPass {
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
+        tile_pass: &TilePass,
         evidence: Evidence<'_>,
         grid: Grid,
         targets: &Targets,
@@ -241,17 +248,24 @@ impl InferPass {
         for (known, pair) in cells.known.iter().zip(cells.whole.windows(2)).rev() {
             self.push.draw(gpu, encoder, vec![texture(known), texture(&pair[1])], &[&pair[0]]);
         }
-        let sights = Sights {
-            inputs: vec![
-                (0, frame.as_entire_binding()),
-                (6, inference.clone()),
-                (7, texture(&cells.rays)),
-                (8, texture(&cells.whole[0])),
-            ],
-            rigs: &cells.sight_of_rig,
-            ranks: &cells.ranks,
-        };
-        self.sight.draw(gpu, encoder, evidence, sights);
+        let bindings = vec![inference.clone(), texture(&cells.rays), texture(&cells.whole[0])];
+        self.places.draw(gpu, encoder, bindings, &[&cells.places]);
+        let shown = Shown { eye: view.eye(), size: grid.tall(), positions: &cells.places };
+        let asked = evidence.of_nearest(MAX_RIGS as usize);
+        let tiles = tile_pass.lists(gpu, encoder, asked, false, shown);
+        if let Some(tiles) = &tiles {
+            let sights = Sights {
+                inputs: vec![
+                    (0, frame.as_entire_binding()),
+                    (1, texture(&cells.places)),
+                    (6, inference.clone()),
+                ],
+                rigs: &cells.sight_of_rig,
+                ranks: &cells.ranks,
+                tiles,
+            };
+            self.sight.draw(gpu, encoder, evidence, sights);
+        }
         let [costs, costs_x] = &cells.costs;
         let bindings = vec![inference.clone(), texture(&cells.sights)];
         self.cost.draw(gpu, encoder, bindings, &[costs]);

@@ -11,6 +11,7 @@ use super::grid::{RANK_FORMAT, SIGHT_FORMAT};
 use crate::Gpu;
 use crate::shade;
 use crate::shade::photograph::{Drawn, gpu_data::Photograph};
+use crate::tiles::{TILE_ATTRIBUTE, TileLists};
 
 /// Bytes between photographs in their uniform buffer: no device wants more.
 const PHOTOGRAPH_STRIDE: usize = 256;
@@ -32,6 +33,8 @@ pub(crate) struct Sights<'a> {
     /// What each rig shows, the nearest first.
     pub(crate) rigs: &'a [wgpu::TextureView],
     pub(crate) ranks: &'a wgpu::TextureView,
+    /// Where each photograph is drawn; those beyond the lists are not.
+    pub(crate) tiles: &'a TileLists,
 }
 
 /// To be put before the shaders that compare photographs.
@@ -44,7 +47,7 @@ pub(super) fn wgsl() -> String {
 }
 
 impl SightPass {
-    /// `wgsl` has the entry points `whole` and `fs`, and reads `inputs` beside the sampler.
+    /// `wgsl` has the entry points `tile` and `fs`, and reads `inputs` beside the sampler.
     pub(crate) fn new(gpu: &Gpu, wgsl: &str, inputs: &[(u32, wgpu::BindingType)]) -> Self {
         Self {
             module: gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -140,7 +143,7 @@ impl SightPass {
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(1, &of_photograph(*index), &[]);
                 pass.set_bind_group(2, &atlases[drawn.atlas], &[]);
-                pass.draw(0..3, 0..1);
+                sights.tiles.draw(&mut pass, *index, false);
             }
         }
     }
@@ -159,11 +162,14 @@ impl SightPass {
             layout: Some(&layout),
             vertex: wgpu::VertexState {
                 module: &self.module,
-                entry_point: Some("whole"),
+                entry_point: Some("tile"),
                 compilation_options: compilation_options.clone(),
-                buffers: &[],
+                buffers: &[Some(TILE_ATTRIBUTE)],
             },
-            primitive: wgpu::PrimitiveState::default(),
+            primitive: wgpu::PrimitiveState {
+                topology: wgpu::PrimitiveTopology::TriangleStrip,
+                ..Default::default()
+            },
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: RANK_FORMAT,
                 depth_write_enabled: Some(true),
@@ -191,6 +197,10 @@ pub(crate) const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
     min_binding_size: None,
 };
 
+/// Records of a picture.
+pub(crate) const RECORDS: wgpu::BindingType =
+    texture_of(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2);
+
 /// A texture that is read texel by texel.
 pub(crate) const fn texture_of(
     sample_type: wgpu::TextureSampleType,
@@ -208,7 +218,7 @@ fn layouts(gpu: &Gpu, inputs: &[(u32, wgpu::BindingType)]) -> [wgpu::BindGroupLa
     };
     let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
         binding,
-        visibility: wgpu::ShaderStages::FRAGMENT,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
         ty,
         count: None,
     };

@@ -1,6 +1,5 @@
-// What one photograph shows where the hypotheses of all cells would be: those of the backdrop
-// first, then those of the next, one below the other. Needs colour.wgsl,
-// brightness.wgsl and inference.wgsl.
+// What one photograph shows where the hypotheses of all cells would be, as places.wgsl has them
+// in `positions`. Needs colour.wgsl, brightness.wgsl and inference.wgsl.
 
 struct Sight {
     // Ranks the cameras of a rig.
@@ -16,31 +15,18 @@ const REACH: f32 = 3.0;
 const COARSER: f32 = 2.0;
 
 @group(0) @binding(6) var<uniform> inference: Inference;
-@group(0) @binding(7) var rays: texture_2d<f32>;
-@group(0) @binding(8) var diffused: texture_2d<f32>;
 
 @vertex
-fn whole(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    // One triangle over the viewport.
-    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+fn tile(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> @builtin(position) vec4<f32> {
+    let rows = inference.cells.y * inference.hypotheses;
+    return corner_of(tile, index, vec2<f32>(vec2(inference.cells.x, rows)));
 }
 
 @fragment
 fn fs(@builtin(position) at: vec4<f32>) -> Sight {
-    let tall = vec2<u32>(at.xy);
-    let index = tall.y / inference.cells.y;
-    let cell = vec2<i32>(vec2(tall.x, tall.y % inference.cells.y));
-    var sight: Sight;
-    let direction = textureLoad(rays, cell, 0);
-    // What is known is not judged, so that nobody need look.
-    if direction.w > 0.5 {
-        return sight;
-    }
-    let ray = direction.xyz;
-    let inverse = hypothesis(inference, f32(index), textureLoad(diffused, cell, 0).x);
-    let place = ray / max(inverse, 1e-9);
+    let shown = textureLoad(positions, vec2<i32>(at.xy), 0);
+    let place = bitcast<vec3<f32>>(shown.xyz);
     let found = projected(place);
-    let rank = rig_score(found.border, photograph.closeness);
     let view_depth = max(dot(frame.forward, place), 1e-3);
     let lod = level_of_detail(found.position.z, view_depth) + log2(f32(inference.step));
     let coarse = min(lod + COARSER, photograph.max_lod);
@@ -51,7 +37,9 @@ fn fs(@builtin(position) at: vec4<f32>) -> Sight {
         let corner = 2.0 * vec2<f32>(vec2(i & 1u, i >> 1u)) - 1.0;
         around += 0.25 * brightness(look_up(found.pixel + reach * corner, coarse).rgb);
     }
+    var sight: Sight;
     sight.seen = vec2(brightness(texel.rgb) - around, 1.0);
-    sight.rank = select(0.0, rank, texel.a >= OPAQUE && dot(ray, ray) > 0.0);
+    let rank = rig_score(found.border, photograph.closeness);
+    sight.rank = select(0.0, rank, texel.a >= OPAQUE && shown.w != 0u);
     return sight;
 }

@@ -87,8 +87,13 @@ override LENS_MODEL: u32 = 0u;
 // One instance a tile: its column in the low half, its row in the high. A strip of its corners.
 @vertex
 fn vs(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> @builtin(position) vec4<f32> {
+    return corner_of(tile, index, frame.size);
+}
+
+// A corner of a tile, of a picture of `size` pixels.
+fn corner_of(tile: u32, index: u32, size: vec2<f32>) -> vec4<f32> {
     let cell = vec2((tile & 0xffffu) + (index & 1u), (tile >> 16u) + (index >> 1u));
-    let ndc = 2.0 * min(vec2<f32>(cell * TILE), frame.size) / frame.size - 1.0;
+    let ndc = 2.0 * vec2<f32>(cell * TILE) / size - 1.0;
     return vec4(ndc.x, -ndc.y, 0.0, 1.0);
 }
 

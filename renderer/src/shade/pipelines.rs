@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use super::photograph::Drawn;
 use super::{CHOICE_FORMAT, Sources, choose_wgsl, deferred_wgsl};
 use crate::forward::Sprites;
+use crate::tiles::TILE_ATTRIBUTE;
 use crate::{Gpu, Texturing};
 
 /// What tells pipelines apart: constants of their shaders.
@@ -93,12 +94,7 @@ impl PhotographPipelines {
                 immediate_size: 0,
             })
         };
-        let tile = wgpu::VertexBufferLayout {
-            array_stride: 4,
-            step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &wgpu::vertex_attr_array![0 => Uint32],
-        };
-        let tiles = [Some(tile)];
+        let tiles = [Some(TILE_ATTRIBUTE)];
         let choose = layout("choose", &[Some(frame), Some(photograph)]);
         let colour = layout("colour", &[Some(frame), Some(photograph), Some(atlas)]);
         let chosen = wgpu::StencilFaceState {

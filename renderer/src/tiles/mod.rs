@@ -69,6 +69,13 @@ pub(crate) struct Shown<'a> {
     pub(crate) positions: &'a wgpu::TextureView,
 }
 
+/// The vertex buffer of lists.
+pub(crate) const TILE_ATTRIBUTE: wgpu::VertexBufferLayout<'_> = wgpu::VertexBufferLayout {
+    array_stride: 4,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &wgpu::vertex_attr_array![0 => Uint32],
+};
+
 /// The pipelines of this pass.
 #[derive(Debug)]
 pub(crate) struct TilePass {
