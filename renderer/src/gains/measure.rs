@@ -10,7 +10,7 @@ use wgpu::util::DeviceExt as _;
 
 use crate::depth_map::DepthMaps;
 use crate::photographs::atlas::Atlas;
-use crate::shade::photograph::Drawn;
+use crate::shade::photograph::{Drawn, Kind};
 use crate::shade::photograph::gpu_data::Photograph;
 use crate::shade::{PHOTOGRAPH_STRIDE, PHOTOGRAPH_WGSL, TEXEL_WGSL};
 use crate::stages::Stages;
@@ -54,8 +54,8 @@ pub(crate) struct Samples {
 #[derive(Debug)]
 pub(crate) struct MeasurePass {
     spread: wgpu::ComputePipeline,
-    /// One a lens model, made when first needed.
-    measure: BTreeMap<u32, wgpu::ComputePipeline>,
+    /// One a kind of photograph, made when first needed.
+    measure: BTreeMap<Kind, wgpu::ComputePipeline>,
     filtering: wgpu::Sampler,
     buffers: Option<Buffers>,
 }
@@ -133,10 +133,8 @@ impl MeasurePass {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         for drawn in photographs {
-            let model = drawn.data.lens.model;
-            self.measure.entry(model).or_insert_with(|| {
-                let constants = [("LENS_MODEL", f64::from(model))];
-                pipeline(gpu, "measure", measure_wgsl(), &constants)
+            self.measure.entry(drawn.kind).or_insert_with(|| {
+                pipeline(gpu, "measure", measure_wgsl(), &drawn.kind.constants())
             });
         }
 
@@ -179,7 +177,7 @@ impl MeasurePass {
                 pass.dispatch_workgroups(columns, rows, 1);
             }
             for (index, drawn) in (0..).zip(photographs) {
-                let Some(measure) = self.measure.get(&drawn.data.lens.model) else { continue };
+                let Some(measure) = self.measure.get(&drawn.kind) else { continue };
                 pass.set_pipeline(measure);
                 let entries = [
                     entry(3, view(&map_mesh)),

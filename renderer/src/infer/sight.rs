@@ -10,7 +10,7 @@ use super::Evidence;
 use super::grid::{RANK_FORMAT, SIGHT_FORMAT};
 use crate::Gpu;
 use crate::shade;
-use crate::shade::photograph::{Drawn, gpu_data::Photograph};
+use crate::shade::photograph::{Drawn, Kind, gpu_data::Photograph};
 use crate::tiles::{TILE_ATTRIBUTE, TileLists};
 
 /// Bytes between photographs in their uniform buffer: no device wants more.
@@ -21,8 +21,8 @@ pub(crate) struct SightPass {
     module: wgpu::ShaderModule,
     layouts: [wgpu::BindGroupLayout; 3],
     filtering: wgpu::Sampler,
-    /// One a lens model, made when first needed.
-    pipelines: Mutex<BTreeMap<u32, wgpu::RenderPipeline>>,
+    /// One a kind of photograph, made when first needed.
+    pipelines: Mutex<BTreeMap<Kind, wgpu::RenderPipeline>>,
 }
 
 /// What a draw reads beside the photographs, and where it draws.
@@ -138,8 +138,8 @@ impl SightPass {
             });
             pass.set_bind_group(0, &of_frame, &[]);
             for (index, drawn) in rig {
-                let model = drawn.data.lens.model;
-                let pipeline = pipelines.entry(model).or_insert_with(|| self.pipeline(gpu, model));
+                let kind = drawn.kind;
+                let pipeline = pipelines.entry(kind).or_insert_with(|| self.pipeline(gpu, kind));
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(1, &of_photograph(*index), &[]);
                 pass.set_bind_group(2, &atlases[drawn.atlas], &[]);
@@ -148,8 +148,8 @@ impl SightPass {
         }
     }
 
-    fn pipeline(&self, gpu: &Gpu, lens_model: u32) -> wgpu::RenderPipeline {
-        let constants = [("LENS_MODEL", f64::from(lens_model))];
+    fn pipeline(&self, gpu: &Gpu, kind: Kind) -> wgpu::RenderPipeline {
+        let constants = kind.constants();
         let compilation_options =
             wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
         let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {

@@ -40,6 +40,8 @@ pub(crate) struct Photograph {
     pub(crate) map: Pinhole,
     pub(crate) frustum: Frustum,
     pub(crate) place: Place,
+    /// Whether a mask hides any of its pixels.
+    pub(crate) masked: bool,
     /// Another one whenever its pixels or its camera change.
     pub(crate) revision: u64,
 }
@@ -107,6 +109,7 @@ impl PhotographStore {
             map,
             frustum,
             place,
+            masked: update.rgba.chunks_exact(4).any(|pixel| pixel[3] < u8::MAX),
             revision,
         };
         let before = self.photographs.insert(update.id.clone(), photograph);

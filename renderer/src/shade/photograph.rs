@@ -41,9 +41,25 @@ pub(crate) mod gpu_data {
     }
 }
 
+/// What is constant of a photograph in the pipelines that look it up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Kind {
+    lens_model: u32,
+    masked: bool,
+}
+
+impl Kind {
+    /// For the constants of photograph.wgsl and texel.wgsl.
+    pub(crate) fn constants(self) -> [(&'static str, f64); 2] {
+        let masked = f64::from(u8::from(self.masked));
+        [("LENS_MODEL", f64::from(self.lens_model)), ("MASKED", masked)]
+    }
+}
+
 /// One photograph of a frame, and where it is drawn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drawn {
+    pub(crate) kind: Kind,
     pub(crate) data: gpu_data::Photograph,
     /// Which of the atlas's arrays holds it.
     pub(crate) atlas: usize,
@@ -134,6 +150,7 @@ impl Drawn {
             ..Default::default()
         };
         let rig_distance_m = standing.nearest_2.sqrt();
-        Self { data, atlas: place.array, rig: standing.rig, rig_distance_m }
+        let kind = Kind { lens_model: lens.model, masked: photograph.masked };
+        Self { kind, data, atlas: place.array, rig: standing.rig, rig_distance_m }
     }
 }

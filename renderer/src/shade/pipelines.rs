@@ -1,9 +1,9 @@
-//! The pipelines that draw photographs, one set for each lens model and way of texturing.
+//! The pipelines that draw photographs, one set for each kind of photograph and way of texturing.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use super::photograph::Drawn;
+use super::photograph::{Drawn, Kind};
 use super::{CHOICE_FORMAT, Sources, choose_wgsl, deferred_wgsl};
 use crate::forward::Sprites;
 use crate::tiles::TILE_ATTRIBUTE;
@@ -12,7 +12,7 @@ use crate::{Gpu, Texturing};
 /// What tells pipelines apart: constants of their shaders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Key {
-    lens_model: u32,
+    kind: Kind,
     /// Whether the photograph is displaced to agree with another.
     aligned: bool,
     texturing: Texturing,
@@ -21,7 +21,7 @@ pub(super) struct Key {
 impl Key {
     pub(super) fn of(drawn: &Drawn, sources: Sources<'_>) -> Self {
         Self {
-            lens_model: drawn.data.lens.model,
+            kind: drawn.kind,
             aligned: drawn.data.shift != 0.0,
             texturing: sources.sprites.map_or(Texturing::Deferred, |sprites| sprites.texturing),
         }
@@ -46,7 +46,7 @@ pub(super) struct Layouts {
     pub(super) atlas: wgpu::BindGroupLayout,
 }
 
-/// Those of one lens model and way of texturing.
+/// Those of one kind of photograph and way of texturing.
 #[derive(Clone, Debug)]
 pub(super) struct Pipelines {
     pub(super) choose: wgpu::RenderPipeline,
@@ -83,7 +83,7 @@ impl PhotographPipelines {
     }
 
     fn pipelines_of(&self, gpu: &Gpu, key: Key, sprites: Option<&Sprites<'_>>) -> Pipelines {
-        let lens = ("LENS_MODEL", f64::from(key.lens_model));
+        let [lens, masked] = key.kind.constants();
         let aligned = ("ALIGNED", f64::from(u8::from(key.aligned)));
         let points_apart = ("POINTS_APART", f64::from(u8::from(sprites.is_some())));
         let Layouts { frame, photograph, atlas } = &self.layouts;
@@ -139,12 +139,12 @@ impl PhotographPipelines {
             ),
             chosen: adding(
                 kind("chosen", &colour, &self.colour),
-                &[lens, points_apart, aligned],
+                &[lens, masked, points_apart, aligned],
                 chosen,
             ),
             alone: adding(
                 kind("alone", &colour, &self.colour),
-                &[lens, points_apart, aligned],
+                &[lens, masked, points_apart, aligned],
                 wgpu::StencilFaceState::IGNORE,
             ),
             sprites: sprites.map(|sprites| {
@@ -155,7 +155,7 @@ impl PhotographPipelines {
                     entry_points: ["sprite_vs", "sprite_fs"],
                     ..PipelineKind::of(sprites.module)
                 };
-                adding(kind, &[lens], chosen)
+                adding(kind, &[lens, masked], chosen)
             }),
         }
     }
