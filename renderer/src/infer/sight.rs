@@ -21,6 +21,7 @@ pub(crate) struct SightPass {
     module: wgpu::ShaderModule,
     layouts: [wgpu::BindGroupLayout; 3],
     filtering: wgpu::Sampler,
+    unfiltered: wgpu::Sampler,
     /// One a kind of photograph, made when first needed.
     pipelines: Mutex<BTreeMap<Kind, wgpu::RenderPipeline>>,
 }
@@ -55,6 +56,7 @@ impl SightPass {
                 source: wgpu::ShaderSource::Wgsl(wgsl.into()),
             }),
             layouts: layouts(gpu, inputs),
+            unfiltered: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()),
             filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("sight"),
                 mag_filter: wgpu::FilterMode::Linear,
@@ -96,7 +98,8 @@ impl SightPass {
         });
         let [frame_layout, photograph_layout, atlas_layout] = &self.layouts;
         let sampler = (5, wgpu::BindingResource::Sampler(&self.filtering));
-        let inputs = sights.inputs.into_iter().chain([sampler]);
+        let unfiltered = (8, wgpu::BindingResource::Sampler(&self.unfiltered));
+        let inputs = sights.inputs.into_iter().chain([sampler, unfiltered]);
         let inputs: Vec<_> = inputs.map(|(binding, input)| entry(binding, input)).collect();
         let of_frame = group(frame_layout, &inputs);
         // One group each: with dynamic offsets Mesa's software driver loses memory at every draw.
@@ -223,7 +226,8 @@ fn layouts(gpu: &Gpu, inputs: &[(u32, wgpu::BindingType)]) -> [wgpu::BindGroupLa
         count: None,
     };
     let sampler = (5, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering));
-    let inputs = inputs.iter().copied().chain([sampler]);
+    let unfiltered = (8, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering));
+    let inputs = inputs.iter().copied().chain([sampler, unfiltered]);
     let inputs: Vec<_> = inputs.map(|(binding, ty)| entry(binding, ty)).collect();
     let photograph = wgpu::BindingType::Buffer {
         ty: wgpu::BufferBindingType::Uniform,

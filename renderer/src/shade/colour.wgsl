@@ -3,8 +3,11 @@
 
 @group(0) @binding(3) var map_mesh: texture_2d_array<f32>;
 @group(0) @binding(4) var map_points: texture_2d_array<f32>;
+@group(0) @binding(8) var unfiltered: sampler;
 
 const MODE_SOURCES: u32 = 7u;
+// Where the corners 00, 10, 01 and 11 are among those that are gathered.
+const GATHERED: vec4<u32> = vec4(3u, 2u, 0u, 1u);
 
 // place: of it, kind, normal and relief. view_depth: along the view's axis, metres.
 fn weighted_colour(place: Place, seen: Projected, view_depth: f32) -> vec4<f32> {
@@ -34,8 +37,13 @@ fn visible_share(place: Place, n: vec3<f32>, seen: Projected) -> f32 {
     let t = at - first;
     let texel_m = seen.position.z / min(focal.x, focal.y);
     let bias = depth_bias(texel_m, photograph.pose_m, n, vec3(seen.normalised, 1.0));
-    let limit = vec2<i32>(photograph.map_size) - 1;
+    // Maps have a margin, so that what is seen has all four texels in them.
+    let cell = clamp(first, vec2(0.0), vec2<f32>(photograph.map_size) - 2.0);
+    let between = (cell + 1.0) / vec2<f32>(textureDimensions(map_mesh));
     let layer = photograph.map_layer;
+    let mesh = textureGather(0, map_mesh, unfiltered, between, layer);
+    let delta = textureGather(1, map_mesh, unfiltered, between, layer);
+    let point = textureGather(0, map_points, unfiltered, between, layer);
     let c = seen.position;
     var share = 0.0;
     for (var corner = 0u; corner < 4u; corner++) {
@@ -44,10 +52,9 @@ fn visible_share(place: Place, n: vec3<f32>, seen: Projected) -> f32 {
         let ray = vec3((texel + 0.5 - centre) / focal, 1.0);
         let z = depth_on_texel_ray(c, n, ray);
         let relief = relief_depth(place.relief_m, n, ray);
-        let cell = clamp(vec2<i32>(texel), vec2(0), limit);
-        var occluders: Occluders;
-        occluders.mesh = textureLoad(map_mesh, cell, layer, 0).xy;
-        occluders.point = textureLoad(map_points, cell, layer, 0).x;
+        // Gathered counterclockwise from the lower left.
+        let i = GATHERED[corner];
+        let occluders = Occluders(vec2(mesh[i], delta[i]), point[i]);
         let weight = mix(1.0 - t, t, step);
         let visible = visibility(z, bias, place.kind == SHOWS_POINT, relief, occluders);
         share += weight.x * weight.y * visible;

@@ -94,6 +94,7 @@ pub(crate) struct ShadePass {
     photographs: PhotographPipelines,
     compose: ScreenPass,
     filtering: wgpu::Sampler,
+    unfiltered: wgpu::Sampler,
 }
 
 /// What is done with the photographs of a rig, in this order.
@@ -127,6 +128,7 @@ impl ShadePass {
         Self {
             photographs: PhotographPipelines::new(gpu),
             compose: screen_pass(gpu, "compose", &compose_wgsl(), &[PICTURE_FORMAT]),
+            unfiltered: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()),
             filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("photographs"),
                 mag_filter: wgpu::FilterMode::Linear,
@@ -260,6 +262,7 @@ impl ShadePass {
                     entry(4, view(&map_points)),
                     entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
                     entry(6, view(sources.offsets)),
+                    entry(8, wgpu::BindingResource::Sampler(&self.unfiltered)),
                 ],
             ),
             // One group each: with dynamic offsets Mesa's software driver loses memory at every

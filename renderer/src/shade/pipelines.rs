@@ -208,6 +208,7 @@ impl Layouts {
                     entry(4, map),
                     entry(5, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
                     entry(6, texture(Float { filterable: true }, D2)),
+                    entry(8, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
                 ],
             ),
             photograph: layout("photograph", &[entry(0, uniform)]),
