@@ -99,12 +99,16 @@ fn mirrors_have_the_layout_of_their_shaders() {
             camera,
             phase,
             first_block,
+            end_block,
+            strip,
             stride,
             min_radius_px,
             max_radius_px,
             push,
             push_on_plane,
             most_pixels,
+            padding_0,
+            padding_1,
         ]
     );
     assert_mirrors!(

@@ -10,8 +10,8 @@ use wgpu::util::DeviceExt as _;
 
 use crate::depth_map::DepthMaps;
 use crate::photographs::atlas::Atlas;
-use crate::shade::photograph::{Drawn, Kind};
 use crate::shade::photograph::gpu_data::Photograph;
+use crate::shade::photograph::{Drawn, Kind};
 use crate::shade::{PHOTOGRAPH_STRIDE, PHOTOGRAPH_WGSL, TEXEL_WGSL};
 use crate::stages::Stages;
 use crate::targets::read_back;

@@ -97,7 +97,8 @@ pub(crate) mod gpu_data {
         pub(crate) push: f32,
         pub(crate) push_on_plane: f32,
         pub(crate) most_pixels: u32,
-        pub(crate) padding: [u32; 2],
+        pub(crate) padding_0: u32,
+        pub(crate) padding_1: u32,
     }
 }
 
@@ -285,7 +286,8 @@ fn job(camera: &Camera, stride: u32, max_radius_px: f32, push: [f32; 2]) -> gpu_
         push: push[0],
         push_on_plane: push[1],
         most_pixels: u32::MAX,
-        padding: [0; 2],
+        padding_0: 0,
+        padding_1: 0,
     }
 }
 
