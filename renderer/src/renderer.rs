@@ -464,6 +464,12 @@ impl Renderer {
         self.targets.as_ref().map(|targets| &targets.records.positions)
     }
 
+    /// Where the last frame inferred its pixels without geometry to be.
+    #[cfg(test)]
+    pub(crate) fn infer_pass(&self) -> &InferPass {
+        &self.infer_pass
+    }
+
     /// How the photographs of the last frame were made to agree.
     #[cfg(test)]
     pub(crate) fn align_pass(&self) -> &AlignPass {

@@ -194,3 +194,19 @@ pub const SINGULAR: f64 = 1e-9;
 /// A channel of an enlarged picture against the slope that it samples, in 255ths: it is rounded to a
 /// byte, and its weights are f32.
 pub const ENLARGED_255: f64 = 0.51;
+
+/// The direction of a cell, unit, against f64: the mean of sixteen directions in f32.
+pub const CELL_DIRECTION: f64 = 5e-7;
+
+/// By how much the costs of two hypotheses may differ otherwise than in f64, of the same brightnesses:
+/// each is kept in 11 bits after each of three passes, which for 0.12 is 6e-5.
+pub const COST_ROUNDING: f64 = 1.8e-4;
+
+/// How far away an inferred pixel is against f64, of the same cells, relative: a mean of four inverse
+/// ranges and a division.
+pub const FILLED_RELATIVE: f64 = 1e-6;
+
+/// Share of the inferred pixels, those in doubt and those at the shadows of depths in doubt too, whose
+/// colours are at most a 255th from the reference's: photographs agree on doubtful depths as well, or
+/// they would not be in doubt.
+pub const INFERRED_ALIKE_SHARE: f64 = 0.95;

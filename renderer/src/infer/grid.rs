@@ -19,7 +19,7 @@ pub(crate) const RANK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32
 pub(super) const COST_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// Most rigs that are asked about a hypothesis: two must see it, and the nearest need not.
-pub(super) const MAX_RIGS: u32 = 4;
+pub(crate) const MAX_RIGS: u32 = 4;
 
 /// How a picture is cut into cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

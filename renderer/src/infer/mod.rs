@@ -20,14 +20,13 @@ use crate::tiles::{Shown, TilePass};
 use crate::{Gpu, lens, octahedral, shade};
 
 mod grid;
-#[cfg(test)]
 pub(crate) mod reference;
 mod sight;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use grid::Grid;
-use grid::{COST_FORMAT, Cells, INVERSE_FORMAT, MAX_RIGS};
+use grid::{COST_FORMAT, Cells, INVERSE_FORMAT};
+pub(crate) use grid::{Grid, MAX_RIGS};
 use grid::{KNOWN_FORMAT, RAY_FORMAT};
 pub(crate) use grid::{RANK_FORMAT, SIGHT_FORMAT};
 pub(crate) use sight::{BRIGHTNESS_WGSL, RECORDS, SightPass, Sights, UNIFORM, texture_of};
@@ -37,9 +36,9 @@ pub(crate) const WHOLE_WGSL: &str = include_str!("whole.wgsl");
 
 /// How many times the scene's extent away the backdrop is: what is so far moves less than a
 /// pixel between photographs.
-const BACKDROP: f64 = 4.0;
+pub(crate) const BACKDROP: f64 = 4.0;
 /// Range of the backdrop of a scene without geometry, metres.
-const LONE_BACKDROP_M: f64 = 1000.0;
+pub(crate) const LONE_BACKDROP_M: f64 = 1000.0;
 /// Farthest that the eye may have moved since the picture before for its depths to count,
 /// metres.
 const SAME_WALK_M: f64 = 0.5;
@@ -187,6 +186,18 @@ impl InferPass {
         }
     }
 
+    /// What the last picture was inferred from, and what came of it.
+    #[cfg(test)]
+    pub(crate) fn last_cells(&self) -> Option<LastCells<'_>> {
+        let cells = self.cells.as_ref()?;
+        Some(LastCells {
+            rays: &cells.rays,
+            diffused: &cells.whole[0],
+            sights: &cells.sight_of_rig,
+            settled: &cells.settled[0],
+        })
+    }
+
     /// Forgets the picture before.
     pub(crate) fn cut(&mut self) {
         self.before = None;
@@ -293,6 +304,17 @@ impl InferPass {
         let filled = &targets.records;
         self.fill.draw(gpu, encoder, bindings, &[&filled.positions, &filled.orientations]);
     }
+}
+
+/// Textures over the cells of the last picture.
+#[cfg(test)]
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LastCells<'a> {
+    pub(crate) rays: &'a wgpu::TextureView,
+    pub(crate) diffused: &'a wgpu::TextureView,
+    /// One a rig, all hypotheses one below the other.
+    pub(crate) sights: &'a [wgpu::TextureView],
+    pub(crate) settled: &'a wgpu::TextureView,
 }
 
 /// The picture before as that from `view` sees it.

@@ -1,5 +1,9 @@
 //! The passes over the grid, in f64.
 //!
+//! Of each cell 4 × 4 pixels are looked at, evenly spread. The mean of their directions, made unit, is
+//! the cell's; the share of them that shows geometry decides whether it is judged: half and more is
+//! known enough. The mean of that geometry's inverse ranges, if there is any, is what is known.
+//!
 //! Diffusion is push and pull (Gortler et al., The Lumigraph). A level gives each of its cells a
 //! value v and a weight w of 0 to 1. A cell of the next coarser level covers the cells c, and has
 //! v' = Σ w v / Σ w and w' = min(Σ w, 1); the device keeps w v, which needs no division where w
@@ -7,7 +11,9 @@
 //! coarser one has there: w v + (1 - w) u, where u interpolates the coarser level between the
 //! centres of its cells, and is constant beyond the outermost.
 //!
-//! A hypothesis costs what the brightness differs by that the nearest two rigs show which see it,
+//! At the place of a hypothesis a rig shows what its brightness there exceeds the mean of four places
+//! in its picture by, REACH cells aside to the corners, two levels of detail coarser: exposure
+//! cancels, patterns stay. A hypothesis costs what that differs by that the nearest two rigs show which see it,
 //! at most a bound; a constant where fewer see it. Costs are averaged over the square of cells that
 //! reaches R to all sides, as far as it lies on the grid.
 //!
@@ -18,24 +24,71 @@
 //! the third m is how far the inverse range of the hypothesis, as the picture before this one saw
 //! it, is from what was settled there. The lowest wins, and where it has two neighbours, the lowest
 //! point of the parabola through the three, within half a step. What settles is the hypothesis of
-//! the median of a cell and its eight neighbours, which the border repeats.
+//! the median of a cell and its eight neighbours, which the border repeats. A pixel without geometry
+//! is at the inverse range between those of the four cells around it.
 
+#[cfg(test)]
 use flaneur_scene::PosedCamera;
 use glam::{DVec3, UVec2};
 
 use crate::reference::field::{Field, cells};
 
+/// Cells from a place to the corners of its surroundings.
+pub(crate) const AROUND: f64 = 3.0;
+/// Times that these are halved more often.
+pub(crate) const COARSER: f64 = 2.0;
+/// Pixels a side that are looked at in each cell.
+pub(crate) const SAMPLES: u32 = 4;
+/// No place is farther, 1/m.
+pub(crate) const LEAST_INVERSE: f64 = 1e-9;
 pub(crate) const WORST: f64 = 0.12;
 pub(crate) const UNSEEN: f64 = 0.08;
 pub(crate) const REACH: u32 = 5;
 pub(crate) const PRIOR: f64 = 0.004;
+#[cfg(test)]
 pub(crate) const KEPT: f64 = 0.004;
+
+/// What a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Looked {
+    /// Unit, from the eye.
+    pub(crate) direction: DVec3,
+    /// Of geometry, metres.
+    pub(crate) range_m: Option<f64>,
+}
+
+/// What a cell shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Gathered {
+    /// Unit, from the eye; zero where the lens sees nothing.
+    pub(crate) direction: DVec3,
+    /// Share that is geometry.
+    pub(crate) share: f64,
+    /// Inverse range, 1/m, with weight 1; weight 0 without any.
+    pub(crate) known: Known,
+}
 
 /// A value with its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Known {
     pub(crate) value: f64,
     pub(crate) weight: f64,
+}
+
+/// What a cell of `step` pixels a side shows of a picture, whose lens sees nothing where there is
+/// `None`.
+pub(crate) fn gathered(picture: &Field<Option<Looked>>, step: u32, cell: UVec2) -> Gathered {
+    let stride = step / SAMPLES;
+    let pixels = cells(UVec2::splat(SAMPLES)).map(|i| cell * step + i * stride + stride / 2);
+    let inside = pixels.filter(|pixel| pixel.cmplt(picture.size).all());
+    let looked: Vec<Looked> = inside.filter_map(|pixel| picture.at(pixel)).collect();
+    let inverses: Vec<f64> = looked.iter().filter_map(|l| Some(1.0 / l.range_m?)).collect();
+    let mean = inverses.iter().sum::<f64>() / inverses.len().max(1) as f64;
+    Gathered {
+        direction: looked.iter().map(|l| l.direction).sum::<DVec3>().normalize_or_zero(),
+        share: inverses.len() as f64 / looked.len().max(1) as f64,
+        known: Known { value: mean, weight: if inverses.is_empty() { 0.0 } else { 1.0 } },
+    }
 }
 
 /// The inverse range of every cell, 1/m, from that of the cells where it is known.
@@ -95,7 +148,33 @@ pub(crate) fn chosen(judged: &[f64]) -> f64 {
     best as f64 + lowest.clamp(-0.5, 0.5)
 }
 
+/// The least and the greatest that [`chosen`] may be where any two differ by up to `noise` more or
+/// less.
+pub(crate) fn chosen_between(judged: &[f64], noise: f64) -> [f64; 2] {
+    let lowest = judged.iter().copied().fold(f64::INFINITY, f64::min);
+    let near = (0..judged.len()).filter(|&i| judged[i] <= lowest + noise);
+    let reached = near.flat_map(|i| {
+        let best = i as f64;
+        if i == 0 || i + 1 == judged.len() {
+            return [best, best];
+        }
+        let slope = 0.5 * (judged[i + 1] - judged[i - 1]);
+        let bend = 0.5 * (judged[i + 1] + judged[i - 1]) - judged[i];
+        // Any bend that is left, and none.
+        let turns = [-0.5, 0.5].map(|off| slope + off * noise).map(|slope| {
+            let bends = [bend - noise, bend + noise].map(|bend| bend.max(f64::MIN_POSITIVE));
+            bends.map(|bend| (-slope / (2.0 * bend)).clamp(-0.5, 0.5))
+        });
+        let turns = turns.as_flattened().iter().copied();
+        let flat = if bend <= noise { 0.0 } else { turns.clone().fold(0.5, f64::min) };
+        let low = turns.clone().fold(flat, f64::min);
+        [best + low, best + turns.fold(flat, f64::max)]
+    });
+    reached.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+}
+
 /// The picture before, and what settled there.
+#[cfg(test)]
 #[derive(Clone, Debug)]
 pub(crate) struct Past {
     pub(crate) camera: PosedCamera,
@@ -105,6 +184,7 @@ pub(crate) struct Past {
     pub(crate) settled: Field<f64>,
 }
 
+#[cfg(test)]
 impl Past {
     /// What it says for a place in the world whose cell has hypotheses `spacing` apart, 1/m.
     pub(crate) fn kept(&self, place: DVec3, spacing: f64) -> f64 {

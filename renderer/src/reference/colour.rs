@@ -21,8 +21,15 @@ pub(super) struct Pixel {
 /// Whose surface it is.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum What {
-    Mesh { uncertainty_m: f64, class: SurfaceClass },
-    Point { colour: Option<[u8; 3]> },
+    Mesh {
+        uncertainty_m: f64,
+        class: SurfaceClass,
+    },
+    Point {
+        colour: Option<[u8; 3]>,
+    },
+    /// No geometry: where the photographs agree.
+    Inferred,
 }
 
 /// The colour of a pixel, sRGB, 0 to 1.
@@ -31,10 +38,11 @@ pub(super) fn colour(pixel: &Pixel, mode: Mode) -> DVec3 {
     match (mode, &pixel.blend) {
         (Mode::Depth, _) => DVec3::splat(10.0 / (10.0 + pixel.depth_m)),
         (Mode::Normals, _) => 0.5 + 0.5 * pixel.normal,
+        (Mode::Uncertainty, _) if matches!(pixel.what, What::Inferred) => DVec3::new(0.8, 0.1, 0.8),
         (Mode::Uncertainty, blend) => {
             let metres = match pixel.what {
                 What::Mesh { uncertainty_m, .. } => uncertainty_m,
-                What::Point { .. } => POINT_NOISE_M,
+                What::Point { .. } | What::Inferred => POINT_NOISE_M,
             };
             // A tenth of a metre in the middle, a factor of ten to either end.
             let t = (0.5 + 0.5 * (metres.max(0.01) / 0.1).log10()).clamp(0.0, 1.0);
@@ -54,7 +62,7 @@ fn own_colour(pixel: &Pixel) -> DVec3 {
         What::Point { colour: Some(bytes) } => {
             DVec3::from_array(bytes.map(|byte| f64::from(byte) / 255.0))
         }
-        What::Point { colour: None } => DVec3::splat(0.55) * lit,
+        What::Point { colour: None } | What::Inferred => DVec3::splat(0.55) * lit,
         What::Mesh { class, .. } => {
             lit * match class {
                 SurfaceClass::Ground => DVec3::new(0.50, 0.50, 0.48),

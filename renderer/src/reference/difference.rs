@@ -9,6 +9,10 @@ use crate::Frame;
 /// compared, metres.
 pub(super) const STEP_M: f64 = 0.01;
 
+/// Inferred depths that are in doubt by more than this share may rightly be others: on a wall 7 m away,
+/// between photographs 3 m apart, it is a pixel.
+pub(super) const DOUBT: f64 = 0.05;
+
 /// Differences of colour away from edges, in 255ths: the largest of a pixel's channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
@@ -48,8 +52,9 @@ impl ReferenceFrame {
         edges
     }
 
-    /// Compares the frame of the device with this one, away from edges of a centimetre. The reference is rounded
-    /// to bytes first, as the device's picture is.
+    /// Compares the frame of the device with this one, away from edges of a centimetre and from inferred
+    /// depths that are in doubt. The reference is rounded to bytes
+    /// first, as the device's picture is.
     ///
     /// # Panics
     /// Where the two are not of one size.
@@ -58,10 +63,10 @@ impl ReferenceFrame {
         let mut off: Vec<f64> = Vec::new();
         let mut same = 0;
         for (i, edge) in self.edges(STEP_M).into_iter().enumerate() {
-            if edge {
+            let pixel = &self.pixels[i];
+            if edge || pixel.doubt > DOUBT {
                 continue;
             }
-            let pixel = &self.pixels[i];
             let bytes = &frame.rgba[4 * i..4 * i + 3];
             let found = DVec3::new(bytes[0].into(), bytes[1].into(), bytes[2].into());
             off.push((found - (pixel.rgb * 255.0).round()).abs().max_element());

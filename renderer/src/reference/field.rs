@@ -11,15 +11,16 @@ pub(crate) struct Field<T> {
     pub(crate) values: Vec<T>,
 }
 
+impl<T> Field<T> {
+    /// The same grid with what each value gives.
+    pub(crate) fn each<U>(&self, value: impl FnMut(&T) -> U) -> Field<U> {
+        Field { size: self.size, values: self.values.iter().map(value).collect() }
+    }
+}
+
 impl<T: Copy> Field<T> {
     pub(crate) fn new(size: UVec2, value: impl FnMut(UVec2) -> T) -> Self {
         Self { size, values: cells(size).map(value).collect() }
-    }
-
-    /// The same grid with other values.
-    #[cfg(test)]
-    pub(crate) fn map<U: Copy>(&self, value: impl FnMut(T) -> U) -> Field<U> {
-        Field { size: self.size, values: self.values.iter().copied().map(value).collect() }
     }
 
     /// The value of a cell, which must be one of them.

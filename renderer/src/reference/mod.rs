@@ -22,8 +22,7 @@
 //! Frames follow no other: exposure gains are those to which photographs on display would go over
 //! some frames.
 //!
-//! Not part of it: colours inferred where there is no geometry (switch that off to compare), and the
-//! lines of [`Mode::Wireframe`], which are a pixel of the device's raster wide.
+//! Not part of it: the lines of [`Mode::Wireframe`], which are a pixel of the device's raster wide.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -45,6 +44,7 @@ mod difference;
 mod discs;
 mod exposure;
 pub(crate) mod field;
+mod inference;
 mod photograph;
 mod pyramid;
 mod rigs;
@@ -56,8 +56,17 @@ mod triangles;
 pub use difference::Difference;
 
 use alignment::Aligned;
+use colour::What;
+use discs::Point;
+use field::Field;
+use inference::{Hypotheses, Inferred};
 use rigs::Rigs;
 use triangles::Triangles;
+
+/// By how much a device's costs of two hypotheses may differ otherwise than in f64, in brightness:
+/// software devices decode photographs with an error of a third of a byte, which is 1.3e-3 of a middle
+/// grey, but nearly the same for both rigs and over a window, and costs are kept in 11 bits.
+const COST_NOISE: f64 = 3e-4;
 
 /// What a reference frame is made of. Updates that a renderer refuses must be kept from it.
 #[derive(Clone, Debug)]
@@ -84,11 +93,14 @@ pub struct Pixel {
     pub rgb: DVec3,
     /// What it shows.
     pub surface: Surface,
-    /// Where that is; `None` for [`Surface::Background`].
+    /// Where that is; `None` for [`Surface::Background`] and [`Surface::Inferred`].
     pub place: Option<Place>,
     /// Direction that the pixel sees, world axes, of depth 1 along the view's axis; zero where
     /// its lens sees nothing.
     pub ray: DVec3,
+    /// Share by which the depth of an inferred pixel may be another one where the photographs'
+    /// brightnesses are rounded as a device does; 0 elsewhere.
+    pub doubt: f64,
 }
 
 /// Where a surface is that a pixel shows.
@@ -144,6 +156,19 @@ impl Scene {
         Some((alignment::levels(view, &rigs, &shown), aligned))
     }
 
+    /// What is inferred for the picture of a view, and what each rig that is asked shows of a
+    /// hypothesis of each cell.
+    #[cfg(test)]
+    fn inference(&self, view: &View) -> Option<(Hypotheses, Vec<Vec<inference::Sights>>)> {
+        let mesh = Triangles::new(self.mesh.values());
+        let points = discs::points(&self.points, &self.settings);
+        let rigs = Rigs::new(&self.images, view, &self.settings, &mesh, &points);
+        let shown = surfaces::shown(view, Mode::Hybrid, &mesh, &points);
+        let hypotheses = self.hypotheses(view, &shown, &mesh, &points)?;
+        let sights = hypotheses.sights(view, &rigs);
+        Some((hypotheses, sights))
+    }
+
     /// The factors of each photograph's linear colours in the picture of a view.
     #[cfg(test)]
     fn gains(&self, view: &View) -> Vec<(ImageId, DVec3)> {
@@ -157,8 +182,17 @@ impl Scene {
         let mesh = Triangles::new(self.mesh.values());
         let points = discs::points(&self.points, &self.settings);
         let rigs = Rigs::new(&self.images, view, &self.settings, &mesh, &points);
-        let shown = surfaces::shown(view, mode, &mesh, &points);
-        let aligned = (self.settings.align && view.projection == ViewProjection::Perspective)
+        let geometry = surfaces::shown(view, mode, &mesh, &points);
+        let perspective = view.projection == ViewProjection::Perspective;
+        let inferred = (self.settings.infer && perspective && infers(mode))
+            .then(|| self.hypotheses(view, &geometry, &mesh, &points))
+            .flatten()
+            .map(|hypotheses| hypotheses.inferred(&hypotheses.sights(view, &rigs), COST_NOISE));
+        let shown = match &inferred {
+            Some(all) => Field::new(geometry.size, |at| all.filled(view, at, geometry.at(at))),
+            None => geometry,
+        };
+        let aligned = (self.settings.align && perspective)
             .then(|| Aligned::new(view, &rigs, &shown))
             .flatten();
         let painter = Painter {
@@ -167,10 +201,34 @@ impl Scene {
             background: DVec3::from_array(self.settings.background.map(|c| f64::from(c) / 255.0)),
             rigs: &rigs,
             aligned: aligned.as_ref(),
+            inferred: inferred.as_ref(),
         };
         let pixels = field::cells(shown.size).map(|at| painter.pixel(at, &shown.at(at)));
         ReferenceFrame { size: view.size(), pixels: pixels.collect() }
     }
+}
+
+impl Scene {
+    /// Where pixels of a view that show no geometry may be.
+    fn hypotheses(
+        &self,
+        view: &View,
+        shown: &Field<surfaces::Pixel>,
+        mesh: &Triangles,
+        points: &[Point],
+    ) -> Option<Hypotheses> {
+        let mut bounds = mesh.bounds();
+        points.iter().for_each(|point| bounds.include(point.position));
+        let corners = [bounds.min, bounds.max].map(|corner| (corner - view.eye()).abs());
+        let extent_m = corners[0].max(corners[1]).length();
+        let extent_m = if extent_m.is_finite() { extent_m } else { 0.0 };
+        Hypotheses::new(view, shown, extent_m, self.settings.inferred_hypotheses)
+    }
+}
+
+/// Whether a mode shows what is inferred where there is no geometry.
+fn infers(mode: Mode) -> bool {
+    matches!(mode, Mode::Hybrid | Mode::Sources | Mode::Uncertainty)
 }
 
 /// What colours the pixels of a view.
@@ -180,21 +238,27 @@ struct Painter<'a> {
     background: DVec3,
     rigs: &'a Rigs<'a>,
     aligned: Option<&'a Aligned>,
+    inferred: Option<&'a Inferred>,
 }
 
 impl Painter<'_> {
     fn pixel(&self, at: UVec2, pixel: &surfaces::Pixel) -> Pixel {
         let ray = pixel.ray;
         let Some(met) = &pixel.met else {
-            let (rgb, surface) = (self.background, Surface::Background);
-            return Pixel { rgb, surface, place: None, ray };
+            return self.nothing(ray, 0.0);
         };
         let (depth_m, normal) = (met.shown.depth_m, met.shown.normal);
         let pixels_per_m = self.view.pixels_a_metre(depth_m);
         let moves = self.aligned.map(|aligned| aligned.moves(at.as_dvec2() + 0.5, depth_m));
         let position = self.view.eye() + met.position;
         let blend = self.rigs.blend(position, &met.shown, pixels_per_m, moves);
+        let is_inferred = matches!(met.what, What::Inferred);
+        let inferred = self.inferred.filter(|_| is_inferred);
+        let doubt = inferred.map_or(0.0, |inferred| inferred.doubt(at));
         let surface = match (met.shown.is_point, blend.is_some()) {
+            // Without colour it is nothing.
+            (_, false) if is_inferred => return self.nothing(ray, doubt),
+            (_, true) if is_inferred => Surface::Inferred,
             (false, false) => Surface::MeshUncoloured,
             (false, true) => Surface::MeshColoured,
             (true, false) => Surface::PointUncoloured,
@@ -202,7 +266,12 @@ impl Painter<'_> {
         };
         let what = met.what;
         let rgb = colour::colour(&colour::Pixel { depth_m, normal, what, blend }, self.mode);
-        let place = Some(Place { position: met.position, depth_m, normal });
-        Pixel { rgb, surface, place, ray }
+        // Nothing may be measured at what is inferred.
+        let place = (!is_inferred).then_some(Place { position: met.position, depth_m, normal });
+        Pixel { rgb, surface, place, ray, doubt }
+    }
+
+    fn nothing(&self, ray: DVec3, doubt: f64) -> Pixel {
+        Pixel { rgb: self.background, surface: Surface::Background, place: None, ray, doubt }
     }
 }

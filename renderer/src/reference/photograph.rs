@@ -128,10 +128,32 @@ impl<'a> Photograph<'a> {
     /// Linear colour and mask where the place appears, at the level of detail of a picture
     /// that has `pixels_per_m` there and is halved `halved` times.
     pub(super) fn look_up(&self, seen: &Seen, pixels_per_m: f64, halved: f64) -> (DVec3, f64) {
+        let lod = self.level_of_detail(seen, pixels_per_m) + halved;
+        self.pyramid.at(seen.pixel, lod.min(self.pyramid.coarsest()))
+    }
+
+    /// Linear colours to the four corners around a place, `reach` pixels of that picture aside, halved
+    /// `coarser` times more often.
+    pub(super) fn surroundings(
+        &self,
+        seen: &Seen,
+        pixels_per_m: f64,
+        halved: f64,
+        reach: f64,
+        coarser: f64,
+    ) -> [DVec3; 4] {
+        let lod = self.level_of_detail(seen, pixels_per_m) + halved;
+        let aside = reach * lod.exp2();
+        let coarse = (lod + coarser).min(self.pyramid.coarsest());
+        [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
+            .map(|corner| self.pyramid.at(seen.pixel + aside * DVec2::from(corner), coarse).0)
+    }
+
+    /// How often the photograph is to be halved to match a picture that has `pixels_per_m` there.
+    fn level_of_detail(&self, seen: &Seen, pixels_per_m: f64) -> f64 {
         let texels_per_m = self.lens.intrinsics.fy / seen.position.z;
         let lod = (texels_per_m / pixels_per_m).max(1.0).log2();
-        let lod = if lod < LEAST_LOD { 0.0 } else { lod.min(self.pyramid.coarsest()) };
-        self.pyramid.at(seen.pixel, (lod + halved).min(self.pyramid.coarsest()))
+        if lod < LEAST_LOD { 0.0 } else { lod.min(self.pyramid.coarsest()) }
     }
 }
 

@@ -12,6 +12,7 @@ use super::photograph::{Photograph, Seen};
 use super::triangles::Triangles;
 use crate::Settings;
 use crate::frustum::Frustum;
+use crate::infer::reference::{AROUND, COARSER};
 use crate::pinhole::Pinhole;
 use crate::renderer::MAX_PIXELS;
 use crate::shade::photograph::{closeness, mark, rig_weight};
@@ -144,6 +145,29 @@ impl<'a> Rigs<'a> {
         sees.then(|| brightness(colour * *gain))
     }
 
+    /// By how much brighter the rig, of those that can see something of the view, shows a place (world)
+    /// than what is around it, in a picture as in [`Rigs::brightness`], through the camera that sees
+    /// it best of those that show it; `None` where none does.
+    pub(super) fn stands_out(
+        &self,
+        rig: usize,
+        position: DVec3,
+        pixels_per_m: f64,
+        halved: f64,
+    ) -> Option<f64> {
+        let rig = self.drawn().nth(rig)?;
+        let shows = |camera: &&Camera<'_>| {
+            let seen = camera.photograph.sees(position);
+            seen.is_some_and(|s| camera.photograph.look_up(&s, pixels_per_m, halved).1 >= OPAQUE)
+        };
+        let (_, Camera { photograph, gain, .. }, seen) =
+            best(rig.cameras.iter().filter(shows), rig.nearest_2, position, self.eye)?;
+        let (colour, _) = photograph.look_up(&seen, pixels_per_m, halved);
+        let around = photograph.surroundings(&seen, pixels_per_m, halved, AROUND, COARSER);
+        let mean = around.map(|colour| brightness(colour * *gain)).iter().sum::<f64>() / 4.0;
+        Some(brightness(colour * *gain) - mean)
+    }
+
     fn drawn(&self) -> impl Iterator<Item = &Rig<'a>> {
         self.rigs.iter().filter(|rig| rig.drawn.is_some())
     }
@@ -200,20 +224,30 @@ impl<'a> Rigs<'a> {
 }
 
 impl Rig<'_> {
-    /// The camera that sees a place best, and its score: furthest inside its border, unless the
-    /// eye is so close that it is in one camera rather than in the others. Of equals the first.
+    /// The camera that sees a place best, and its score.
     fn best(&self, position: DVec3, eye: DVec3) -> Option<(f64, &Camera<'_>, Seen)> {
-        let mut best: Option<(f64, &Camera<'_>, Seen)> = None;
-        for camera in &self.cameras {
-            let Some(seen) = camera.photograph.sees(position) else { continue };
-            let distance_2 = camera.photograph.centre().distance_squared(eye);
-            let score = seen.border * closeness(distance_2, self.nearest_2);
-            if best.as_ref().is_none_or(|(other, ..)| score > *other) {
-                best = Some((score, camera, seen));
-            }
-        }
-        best
+        best(self.cameras.iter(), self.nearest_2, position, eye)
     }
+}
+
+/// Of the cameras of a rig the one that sees a place best, and its score: furthest inside its border,
+/// unless the eye is so close that it is in one camera rather than in the others. Of equals the first.
+fn best<'a, 'b: 'a>(
+    cameras: impl Iterator<Item = &'a Camera<'b>>,
+    nearest_2: f64,
+    position: DVec3,
+    eye: DVec3,
+) -> Option<(f64, &'a Camera<'b>, Seen)> {
+    let mut best: Option<(f64, &Camera<'_>, Seen)> = None;
+    for camera in cameras {
+        let Some(seen) = camera.photograph.sees(position) else { continue };
+        let distance_2 = camera.photograph.centre().distance_squared(eye);
+        let score = seen.border * closeness(distance_2, nearest_2);
+        if best.as_ref().is_none_or(|(other, ..)| score > *other) {
+            best = Some((score, camera, seen));
+        }
+    }
+    best
 }
 
 /// Gives those of the photographs that can see something of the view the gains on which they agree.

@@ -20,7 +20,9 @@ use crate::{Frame, Mode, Renderer, Settings, SplatNormals};
 mod common;
 
 mod alignment;
+mod everything;
 mod gains;
+mod inference;
 mod levels;
 
 use common::{Street, camera, image_update, keep, mesh_update, points_update, with_lens};

@@ -50,6 +50,13 @@ impl Triangles {
         Self { triangles, boxes: Boxes::new(&bounds) }
     }
 
+    /// Around all of them.
+    pub(super) fn bounds(&self) -> Bounds3 {
+        let mut bounds = Bounds3::EMPTY;
+        self.triangles.iter().flat_map(|t| t.corners).for_each(|corner| bounds.include(corner));
+        bounds
+    }
+
     /// The nearest triangle on a ray, from `near_m` on; of several at one depth the first in the
     /// order of tiles.
     pub(super) fn first(&self, ray: &Ray, near_m: f64) -> Option<Hit> {

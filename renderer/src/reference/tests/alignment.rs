@@ -47,13 +47,13 @@ fn view(origin: DVec3) -> View {
 
 /// What the device has of each level, finest first: what both rigs show, and the displacement.
 fn on_device(renderer: &Renderer) -> (Vec<Level>, Vec<Field<DVec2>>) {
-    let sight = |[brightness, sees, ..]: [f32; 4]| (sees > 0.5).then_some(f64::from(brightness));
+    let sight = |[brightness, sees, ..]: &[f32; 4]| (*sees > 0.5).then_some(f64::from(*brightness));
     let levels = renderer.align_pass().last_levels();
     levels
         .map(|(grid, [first, second, displaced])| {
-            let sights = [first, second].map(|rig| texels(rig).map(sight));
+            let sights = [first, second].map(|rig| texels(rig).each(sight));
             let level = Level { step: grid.step.into(), sights };
-            (level, texels(displaced).map(|[x, y, ..]| DVec2::new(x.into(), y.into())))
+            (level, texels(displaced).each(|[x, y, ..]| DVec2::new((*x).into(), (*y).into())))
         })
         .unzip()
 }

@@ -13,7 +13,8 @@ use crate::{Mode, Renderer, Settings};
 const EXPOSURES: [[f64; 3]; 5] =
     [[1.0, 1.0, 0.95], [0.6, 0.62, 0.6], [0.95, 0.9, 0.9], [0.55, 0.55, 0.6], [0.8, 0.75, 0.85]];
 
-fn exposed(mut image: ImageUpdate, by: [f64; 3]) -> ImageUpdate {
+/// The photograph as if it had been exposed for so much longer.
+pub(super) fn exposed(mut image: ImageUpdate, by: [f64; 3]) -> ImageUpdate {
     for pixel in image.rgba.chunks_exact_mut(4) {
         for (value, by) in pixel.iter_mut().zip(by) {
             let linear = linear_from_srgb(f64::from(*value) / 255.0) * by;
