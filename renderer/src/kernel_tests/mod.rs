@@ -97,6 +97,12 @@ pub(crate) fn positions(
     records: &wgpu::TextureView,
     size: glam::UVec2,
 ) -> Vec<Option<glam::DVec3>> {
+    let places = places(records, size);
+    places.into_iter().map(|(place, shows)| shows.then_some(place)).collect()
+}
+
+/// The same, and in which direction, unit, those look that show nothing; which of both they are.
+pub(crate) fn places(records: &wgpu::TextureView, size: glam::UVec2) -> Vec<(glam::DVec3, bool)> {
     const KERNEL: &str = "
 @group(0) @binding(0) var records: texture_2d<u32>;
 @group(0) @binding(1) var<storage, read_write> copied: array<vec4<u32>>;
@@ -150,7 +156,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         .into_iter()
         .map(|[x, y, z, flags]| {
             let position = [x, y, z].map(|bits| f64::from(f32::from_bits(bits)));
-            (flags != 0).then(|| position.into())
+            (position.into(), flags != 0)
         })
         .collect()
 }

@@ -2,7 +2,7 @@
 //!
 //! The forward model is evaluated per lookup, in f32, with its limit. The inverse is needed
 //! only for the pixels of a distorted view: it is solved in f64 on a coarse grid of pixels,
-//! interpolated, and corrected by two Newton steps on the device.
+//! interpolated, and corrected on the device by steps of Broyden's method.
 
 use flaneur_scene::Distortion;
 use glam::UVec2;

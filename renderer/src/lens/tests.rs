@@ -1,11 +1,12 @@
 //! The device's lens against `flaneur_scene::Lens`, which is f64 and tested on its own.
 
-use flaneur_scene::{Distortion, Intrinsics, Lens};
-use glam::{DVec2, UVec2};
+use flaneur_scene::{Distortion, Intrinsics, Lens, PosedCamera, View};
+use glam::{DVec2, DVec3, UVec2};
 
 use super::{NOWHERE, gpu_data, undistortion_grid};
-use crate::kernel_tests::run;
+use crate::kernel_tests::{gpu, places, run};
 use crate::tolerances::{FISHEYE_PX, LENS_PX};
+use crate::{Renderer, Settings};
 
 const KERNEL: &str = "
 @group(0) @binding(0) var<storage, read> lens: array<Lens>;
@@ -91,4 +92,41 @@ fn the_grid_holds_the_inverse_of_the_lens() {
         }
     }
     assert!(grid.iter().filter(|node| node[0] < NOWHERE).count() * 10 > grid.len() * 9);
+}
+
+/// Every pixel of a view looks where the lens, in f64, projects back onto its centre. The pixels of a
+/// view of nothing keep that direction.
+#[test]
+fn pixels_of_a_view_look_where_the_lens_sees_them() {
+    let mut renderer =
+        Renderer::with_settings(gpu(), Settings { infer: false, ..Settings::default() });
+    for lens in lenses() {
+        let size = UVec2::new(lens.size.x / 4, lens.size.y / 4);
+        let lens = lens.scaled_to(size);
+        let pose = View::look(DVec3::new(3.0, -2.0, 1.5), 0.7, -0.2, 1.0, size).camera;
+        let camera = PosedCamera { lens, ..pose };
+        renderer.render(&View::from(camera)).expect("a frame");
+        let fisheye = matches!(lens.distortion, Distortion::Fisheye { .. });
+        let allowed = if fisheye { FISHEYE_PX } else { LENS_PX };
+        let (mut looks, mut largest) = (0, 0.0f64);
+        let rays = places(renderer.last_positions().expect("a frame"), size);
+        for ((ray, shows), i) in rays.into_iter().zip(0..) {
+            assert!(!shows);
+            if ray == DVec3::ZERO {
+                continue;
+            }
+            looks += 1;
+            let pixel = UVec2::new(i % size.x, i / size.x).as_dvec2() + 0.5;
+            let back = lens.project(camera.cam_from_world * ray).expect("within the limit");
+            largest = largest.max(back.distance(pixel));
+        }
+        println!("{:?}: {looks} pixels, off by up to {largest} px", lens.distortion);
+        assert!(largest < allowed, "{lens:?}: {largest} px");
+        let reached = (0..size.element_product()).filter(|i| {
+            let pixel = UVec2::new(i % size.x, i / size.x).as_dvec2() + 0.5;
+            lens.unproject(pixel).is_some()
+        });
+        let reached = reached.count();
+        assert!(looks * 10 > reached * 9 && looks > 10_000, "{looks} of {reached}");
+    }
 }
