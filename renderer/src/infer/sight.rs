@@ -9,12 +9,9 @@ use wgpu::util::DeviceExt as _;
 use super::Evidence;
 use super::grid::{RANK_FORMAT, SIGHT_FORMAT};
 use crate::Gpu;
-use crate::shade;
 use crate::shade::photograph::{Drawn, Kind, gpu_data::Photograph};
+use crate::shade::{self, PHOTOGRAPH_STRIDE};
 use crate::tiles::{TILE_ATTRIBUTE, TileLists};
-
-/// Bytes between photographs in their uniform buffer: no device wants more.
-const PHOTOGRAPH_STRIDE: usize = 256;
 
 #[derive(Debug)]
 pub(crate) struct SightPass {

@@ -15,6 +15,7 @@ use crate::tolerances::{CHOICE_INDEX, DIFFUSION_RELATIVE, LENS_PX, SETTLED_RELAT
 
 mod costs;
 mod device;
+mod gathering;
 
 /// Of the backdrop, 1/m.
 const BACKDROP: f32 = 0.0025;

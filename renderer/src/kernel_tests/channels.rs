@@ -4,9 +4,11 @@ use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
 use super::{gpu, read};
+use crate::depths::SHOWS_MESH;
 use crate::infer::WHOLE_WGSL;
 use crate::reference::field::Field;
 use crate::screen::{ScreenPass, screen_pass_with};
+use crate::surface::POSITION_FORMAT;
 
 /// A texture of some channels of f32.
 #[derive(Debug)]
@@ -79,6 +81,23 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let load = pass::<4>([("load", [WHOLE_WGSL, LOAD].concat())], "load", &[]);
     draw(&load, vec![wgpu::BindingResource::TextureView(view)], &found.view());
     found.read()
+}
+
+/// Records of a picture as the surface pass leaves them: places relative to the eye that are mesh, and
+/// where that is not so, directions.
+pub(crate) fn records(size: UVec2, pixels: &[([f32; 3], bool)]) -> wgpu::TextureView {
+    let word = |&([x, y, z], shows): &([f32; 3], bool)| {
+        [x.to_bits(), y.to_bits(), z.to_bits(), if shows { SHOWS_MESH } else { 0 }]
+    };
+    let words: Vec<[u32; 4]> = pixels.iter().map(word).collect();
+    let description = wgpu::TextureDescriptor { format: POSITION_FORMAT, ..description::<4>(size) };
+    let texture = gpu().device.create_texture_with_data(
+        &gpu().queue,
+        &description,
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(&words),
+    );
+    texture.create_view(&Default::default())
 }
 
 /// Fields of one size as the layers of a texture.

@@ -2,14 +2,13 @@
 
 use flaneur_scene::{Distortion, Intrinsics, Lens, PosedCamera, View};
 use glam::{DVec2, DVec3, UVec2};
-use wgpu::util::DeviceExt as _;
 
 use super::reference::{reach, sees};
 use super::{MARGIN_M, Shown, TILE, TilePass, gpu_data};
 use crate::frustum::Frustum;
+use crate::kernel_tests::channels::records;
 use crate::kernel_tests::{gpu, read};
 use crate::pinhole::Pinhole;
-use crate::surface::POSITION_FORMAT;
 use crate::tolerances::{PYRAMID_M, TILES_IN_VAIN};
 
 const EYE: DVec3 = DVec3::new(651_187.3, 6_861_353.6, 42.8);
@@ -51,18 +50,20 @@ fn what_a_lens_sees_lies_inside_its_pyramid() {
 /// Tiles at two borders are cut.
 const SIZE: UVec2 = UVec2::new(337, 210);
 
-/// What the pixels of a view show, relative to its eye as the device has it; `None` for nothing:
-/// a street between two rows of houses at different distances, and some sky.
-fn shown(view: &View) -> Vec<Option<[f32; 3]>> {
+/// What the pixels of a view show, relative to its eye as the device has it, and whether that is
+/// something: a street between two rows of houses at different distances, and some sky.
+fn shown(view: &View) -> Vec<([f32; 3], bool)> {
     let world_from_cam = view.camera.cam_from_world.transpose();
     let pixels = (0..SIZE.y).flat_map(|y| (0..SIZE.x).map(move |x| UVec2::new(x, y)));
     pixels
         .map(|pixel| {
-            let ray = view.camera.lens.unproject(pixel.as_dvec2() + 0.5)?;
+            let ray = view.camera.lens.unproject(pixel.as_dvec2() + 0.5).expect("no distortion");
             let ray = world_from_cam * ray;
             let house = 6.0 + 3.0 * (f64::from(pixel.x / 40) * 2.3).sin();
             let depth_m = (house / ray.x.abs()).min(2.0 / (-ray.z).max(0.0)).min(60.0);
-            (depth_m < 60.0 && ray.z < 0.5).then(|| (ray * depth_m).as_vec3().to_array())
+            let ends = depth_m < 60.0 && ray.z < 0.5;
+            let place = if ends { ray * depth_m } else { ray.normalize() };
+            (place.as_vec3().to_array(), ends)
         })
         .collect()
 }
@@ -91,33 +92,11 @@ fn photographs() -> Vec<(PosedCamera, usize)> {
 /// For each photograph which tiles the device lists, and whether apart from those that it shares.
 fn on_device(
     view: &View,
-    places: &[Option<[f32; 3]>],
+    places: &[([f32; 3], bool)],
     photographs: &[(PosedCamera, usize)],
     apart: bool,
 ) -> Vec<Vec<Option<bool>>> {
-    let words: Vec<[u32; 4]> = places
-        .iter()
-        .map(|place| {
-            let [x, y, z] = place.unwrap_or([0.3, -0.4, 0.5]).map(f32::to_bits);
-            [x, y, z, u32::from(place.is_some())]
-        })
-        .collect();
-    let texture = gpu().device.create_texture_with_data(
-        &gpu().queue,
-        &wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width: SIZE.x, height: SIZE.y, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: POSITION_FORMAT,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        },
-        wgpu::util::TextureDataOrder::LayerMajor,
-        bytemuck::cast_slice(&words),
-    );
-    let positions = texture.create_view(&Default::default());
+    let positions = records(SIZE, places);
     let frustums: Vec<Frustum> = photographs.iter().map(|(camera, _)| frustum(camera)).collect();
     let seen: Vec<_> = frustums.iter().zip(photographs).map(|(f, (_, rig))| (f, *rig)).collect();
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
@@ -147,13 +126,14 @@ fn on_device(
 }
 
 /// The places (world) of each tile.
-fn by_tile(view: &View, places: &[Option<[f32; 3]>]) -> Vec<Vec<DVec3>> {
+fn by_tile(view: &View, places: &[([f32; 3], bool)]) -> Vec<Vec<DVec3>> {
     let columns = SIZE.x.div_ceil(TILE);
     let mut tiles = vec![Vec::new(); (columns * SIZE.y.div_ceil(TILE)) as usize];
     for (place, i) in places.iter().zip(0..) {
         let tile = i / SIZE.x / TILE * columns + i % SIZE.x / TILE;
-        let world = |place: [f32; 3]| view.eye() + DVec3::from_array(place.map(f64::from));
-        tiles[tile as usize].extend(place.map(world));
+        let (place, shows) = place;
+        let world = view.eye() + DVec3::from_array(place.map(f64::from));
+        tiles[tile as usize].extend(shows.then_some(world));
     }
     tiles
 }

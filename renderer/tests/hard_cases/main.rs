@@ -46,9 +46,17 @@ fn street_and(photographs: &[(&str, PosedCamera)]) -> Vec<SceneUpdate> {
 
 /// The device's frame, and how far it is from the reference's.
 fn compared(updates: &[SceneUpdate], camera: PosedCamera) -> (Frame, Difference) {
+    compared_with(settings(), updates, camera)
+}
+
+fn compared_with(
+    settings: Settings,
+    updates: &[SceneUpdate],
+    camera: PosedCamera,
+) -> (Frame, Difference) {
     let view = View::from(camera);
-    let frame = renderer(settings(), updates.to_vec()).render(&view).expect("a frame");
-    let mut scene = Scene::new(settings());
+    let frame = renderer(settings, updates.to_vec()).render(&view).expect("a frame");
+    let mut scene = Scene::new(settings);
     updates.iter().for_each(|update| scene.apply(update.clone()));
     let difference = scene.render(&view, Mode::Hybrid).difference(&frame);
     (frame, difference)
@@ -78,6 +86,10 @@ fn the_eye_at_the_centre_of_a_photograph() {
         let eye = camera(DVec3::ZERO, at, heading, 3.0, 60.0, SIZE);
         let frame = assert_alike(&updates, eye, 15_000, "zero baseline");
         assert!(count(&frame, Surface::is_coloured) > 9_000);
+        // Nothing of that photograph moves, nor does its exposure.
+        let (_, difference) = compared_with(Settings::default(), &updates, eye);
+        assert!(difference.compared > 15_000, "{difference:?}");
+        assert!(difference.alike >= FRAME_ALIKE_SHARE, "{difference:?}");
     }
 }
 

@@ -36,7 +36,7 @@ fn updates(origin: DVec3) -> Vec<SceneUpdate> {
 
 #[test]
 fn frames_with_everything() {
-    for origin in [DVec3::ZERO, DVec3::new(651_187.3, 6_861_353.6, 42.8)] {
+    for origin in [DVec3::ZERO, DVec3::new(651_187.3, 6_861_353.6, 42.8), DVec3::splat(1e8)] {
         let view = View::from(camera(origin, [-0.8, 0.5, 1.8], 88.0, 8.0, 60.0, SIZE));
         let (frame, _, reference) =
             both(&updates(origin), &view, Mode::Hybrid, Settings::default());
