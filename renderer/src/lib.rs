@@ -45,7 +45,7 @@ mod tolerances;
 pub use error::RenderError;
 pub use forward::memory::TexturingMemory;
 pub use frame::{Frame, FrameStats, Surface};
-pub use frame_budget::FrameBudget;
+pub use frame_budget::{BudgetStanding, FrameBudget};
 pub use gpu::Gpu;
 pub use memory::{Applied, MemoryReport};
 pub use renderer::Renderer;

@@ -16,6 +16,7 @@ mod score;
 pub(crate) mod speed;
 mod squared_error;
 mod ssim;
+mod stated;
 
 pub(crate) use bins::Bin;
 pub(crate) use compared::Compared;
@@ -25,3 +26,4 @@ pub(crate) use nearest::nearest_source;
 pub(crate) use page::{Gallery, page, speed_page};
 pub(crate) use report::{Described, Report, Row};
 pub(crate) use score::Score;
+pub(crate) use stated::StatedSettings;

@@ -2,7 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
-use super::{Bin, Method, Score};
+use super::{Bin, Method, Score, StatedSettings};
 use crate::memory::HeldMemory;
 
 /// An evaluation.
@@ -40,7 +40,7 @@ pub(crate) struct Described {
     /// The methods.
     pub(crate) methods: Vec<&'static str>,
     /// The settings of the whole renderer.
-    pub(crate) renderer: String,
+    pub(crate) renderer: StatedSettings,
 }
 
 /// One view rendered by one method.
@@ -144,7 +144,7 @@ mod tests {
             sources: 1,
             targets: 3,
             methods: vec!["nearest", "hybrid"],
-            renderer: String::new(),
+            renderer: StatedSettings(flaneur_renderer::Settings::default()),
         };
         let report =
             Report::new("street".into(), None, HeldMemory::default(), settings, &methods, rows);

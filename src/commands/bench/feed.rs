@@ -1,15 +1,19 @@
 //! Renderers, each with its own holdings.
 
-use flaneur_renderer::{Frame, Gpu, Mode, PassTime, Renderer, Settings};
+use flaneur_renderer::{Frame, Gpu, MemoryReport, Mode, PassTime, Renderer, Settings};
 use flaneur_scene::{SceneUpdate, View};
 use flaneur_streamer::{Budget, Event, Streamer, ViewRequest};
 use futures::StreamExt;
 
 use super::Context;
+use crate::evaluation::StatedSettings;
 use crate::evaluation::speed::Feed;
 use crate::exit::Exit;
 use crate::memory::GpuMemory;
 use crate::source::{Source, note, stream_exit};
+
+/// Frames that take longer than this are not repeated, milliseconds.
+const LONG_MS: f64 = 2000.0;
 
 /// A renderer and what feeds it.
 pub(super) struct Fed {
@@ -55,22 +59,74 @@ impl Fed {
         self.stream(view, budget, true, context).await
     }
 
-    /// Renders with `settings` once for nobody, then once as a whole, then pass by pass. The
-    /// times of the first are given, too.
-    pub(super) fn measure(&mut self, view: &View, settings: Settings) -> Result<Measured, Exit> {
-        if !self.renderer.set_settings(settings) {
-            return Err(Exit::failed(anyhow::anyhow!(
-                "the renderer cannot go on with {settings:?}"
-            )));
-        }
+    /// Renders with `settings` once for nobody, then `repeats` times as a whole, then pass by pass.
+    /// The times of the first are given, too. What takes long is rendered as a whole only once.
+    pub(super) fn measure(
+        &mut self,
+        view: &View,
+        settings: Settings,
+        repeats: usize,
+    ) -> Result<Measured, Exit> {
+        self.set(settings)?;
         // Variants are compared as they are, not on their way from one to the next.
         self.renderer.cut();
         let (_, first) = self.renderer.render_timed(view, Mode::Hybrid)?;
-        let started = std::time::Instant::now();
-        let frame = self.renderer.render(view)?;
-        let frame_ms = started.elapsed().as_secs_f64() * 1e3;
+        let (frame, ms) = self.timed(view)?;
+        let mut frame_ms = vec![ms];
+        while frame_ms.len() < repeats && ms < LONG_MS {
+            frame_ms.push(self.timed(view)?.1);
+        }
         let (_, passes) = self.renderer.render_timed(view, Mode::Hybrid)?;
         Ok(Measured { frame, frame_ms, first, passes })
+    }
+
+    /// The frame that `settings` give, as it is on its own.
+    pub(super) fn frame(&mut self, view: &View, settings: Settings) -> Result<Frame, Exit> {
+        self.set(settings)?;
+        self.renderer.cut();
+        Ok(self.renderer.render(view)?)
+    }
+
+    /// The next frame, as it follows the one before, and how long it took, milliseconds.
+    pub(super) fn timed(&mut self, view: &View) -> Result<(Frame, f64), Exit> {
+        let started = std::time::Instant::now();
+        let frame = self.renderer.render(view)?;
+        Ok((frame, started.elapsed().as_secs_f64() * 1e3))
+    }
+
+    /// Has what comes rendered with `settings`.
+    pub(super) fn set(&mut self, settings: Settings) -> Result<(), Exit> {
+        if self.renderer.set_settings(settings) {
+            return Ok(());
+        }
+        let settings = StatedSettings(settings);
+        Err(Exit::failed(anyhow::anyhow!("the renderer cannot go on with {settings}")))
+    }
+
+    /// What feeds it.
+    pub(super) fn feed(&self) -> Feed {
+        self.feed
+    }
+
+    /// What the renderer holds on the device.
+    pub(super) fn held(&self) -> MemoryReport {
+        self.renderer.memory()
+    }
+
+    /// Brings what all of `path` wants, beside what is there.
+    pub(super) async fn fetch_path(
+        &mut self,
+        path: &[View],
+        rigs: usize,
+        context: &Context,
+    ) -> Result<(), Exit> {
+        let budget = Budget { panoramas: rigs, ..Budget::default() };
+        let budget = self.gpu_memory.fitted(budget);
+        for view in path {
+            self.renderer.expect_eye(view.eye());
+            self.stream(view, budget, false, context).await?;
+        }
+        Ok(())
     }
 
     /// The depths of the frame that was rendered last.
@@ -102,7 +158,8 @@ impl Fed {
 /// What one variant gave of one view.
 pub(super) struct Measured {
     pub(super) frame: Frame,
-    pub(super) frame_ms: f64,
+    /// Of each repeat.
+    pub(super) frame_ms: Vec<f64>,
     /// The passes right after the settings were changed.
     pub(super) first: Vec<PassTime>,
     pub(super) passes: Vec<PassTime>,

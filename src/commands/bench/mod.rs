@@ -1,8 +1,13 @@
 //! `flaneur bench`: the time that frames take against their error.
 
 mod feed;
+mod front;
+mod growth;
+mod path;
 mod session;
+mod tally;
 mod views;
+mod walk;
 
 use std::path::PathBuf;
 
@@ -22,12 +27,18 @@ const EXAMPLES: &str = "\
 Examples:
   flaneur bench scenes/paris --report bench.json --html bench.html
   flaneur bench scenes/karlsruhe --path walk.json --size 1920x1080 --repeats 9 --report bench.json
+  flaneur bench scenes/street --report bench.json --front renderer/src/frame_budget/front.rs
 
 The most exact frame of a run has every setting at its most exact: 16 rigs, depth maps of 1024 texels,
 all points, full resolution. Every variant changes one setting of it; its error is the difference of
 its frames to the most exact ones, over all pixels of all views: of colours as bytes (the largest of
-the three channels), of depth in metres where both show a surface. Variants take turns, so that what
-else the machine does meets all of them alike. VIEWS.json is that of `flaneur render --path`.";
+the three channels), of depth in metres where both show a surface. A pixel that no photograph colours
+where one should counts as a difference of 255. Variants take turns, view by view.
+
+From what each setting does alone follows a way down from the most exact settings (rows `combined`);
+what of it nothing beats is the front that `flaneur render --budget-ms` chooses from. At last the view
+moves along the survey's way under three budgets of time (rows `budget`). VIEWS.json is that of
+`flaneur render --path`.";
 
 /// Arguments of `flaneur bench`.
 #[derive(Args)]
@@ -43,7 +54,10 @@ pub(crate) struct BenchArguments {
     /// Tables, and the plot of time against error, as one page
     #[arg(long, value_name = "FILE.html")]
     html: Option<PathBuf>,
-    /// Measure the views of this file [default: three near photographs of the scene]
+    /// The front of frames, as the table that the renderer's frame budget is compiled with
+    #[arg(long, value_name = "FILE.rs")]
+    front: Option<PathBuf>,
+    /// Measure the views of this file [default: two near photographs of the scene]
     #[arg(long, value_name = "VIEWS.json")]
     path: Option<PathBuf>,
     /// Vertical field of view in degrees
@@ -54,14 +68,15 @@ pub(crate) struct BenchArguments {
     size: Size,
     #[command(flatten)]
     gpu_memory: GpuMemory,
-    /// How often each view is rendered by each variant
-    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    /// How often each view is rendered by each variant; once where that takes more than 2 s
+    #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeats: u32,
 }
 
 /// Measures, writes the report, prints the frames' rows.
 pub(crate) async fn run(arguments: BenchArguments, context: &Context) -> Result<(), Exit> {
-    for file in [Some(&arguments.report), arguments.html.as_ref()].into_iter().flatten() {
+    let files = [Some(&arguments.report), arguments.html.as_ref(), arguments.front.as_ref()];
+    for file in files.into_iter().flatten() {
         atomic_file::check_folder(file)?;
     }
     let measure = async {
@@ -76,6 +91,9 @@ pub(crate) async fn run(arguments: BenchArguments, context: &Context) -> Result<
     if let Some(file) = &arguments.html {
         atomic_file::write(file, speed_page(&report).as_bytes())?;
     }
+    if let Some(file) = &arguments.front {
+        front::write(file, &report)?;
+    }
     let mut json = serde_json::to_vec_pretty(&report)?;
     json.push(b'\n');
     atomic_file::write(&arguments.report, &json)?;
@@ -85,17 +103,21 @@ pub(crate) async fn run(arguments: BenchArguments, context: &Context) -> Result<
 /// The frames' rows as a table.
 fn summary(report: &Report) -> String {
     let mut lines = vec![format!(
-        "{:32}{:>9}{:>9}{:>11}{:>11}  inputs",
-        "method", "ms", "ms p95", "max 1/255", "99 % 1/255"
+        "{:48}{:>9}{:>9}{:>11}{:>11}{:>11}  inputs",
+        "method", "ms", "ms p95", "rms 1/255", "99 % 1/255", "max 1/255"
     )];
     lines.extend(report.frames().map(|row| {
+        let within = row
+            .within_fifth
+            .map_or(String::new(), |share| format!("  {:.0} % within a fifth", 100.0 * share));
         format!(
-            "{:32}{:9.1}{:9.1}{:11.0}{:11.0}  {}{}",
+            "{:48}{:9.1}{:9.1}{:11.2}{:11.0}{:11.0}  {}{}{within}",
             Row::label(row.method, &row.setting),
             row.ms_median,
             row.ms_p95,
-            row.error_max,
+            row.error_rms,
             row.error_p99,
+            row.error_max,
             row.inputs,
             if row.front { "  *" } else { "" },
         )

@@ -6,7 +6,7 @@ use glam::{DVec3, UVec2};
 use crate::names::Names;
 
 /// Views near photographs.
-const COUNT: usize = 3;
+const COUNT: usize = 2;
 /// How far to the side of a photograph, metres: where nobody stood.
 const ASIDE_M: f64 = 1.0;
 

@@ -12,7 +12,9 @@ use futures::StreamExt;
 use super::contender::Contenders;
 use super::target::Target;
 use super::{Context, EvalArguments, chosen};
-use crate::evaluation::{Described, Gallery, Method, Report, Row, Score, nearest_source};
+use crate::evaluation::{
+    Described, Gallery, Method, Report, Row, Score, StatedSettings, nearest_source,
+};
 use crate::exit::Exit;
 use crate::memory::{GpuMemory, HeldMemory};
 use crate::names::{Names, Pattern};
@@ -54,7 +56,7 @@ impl Session {
             sources: sources.len(),
             targets: targets.len(),
             methods: methods.iter().map(|method| method.name).collect(),
-            renderer: format!("{settings:?}"),
+            renderer: StatedSettings(settings),
         };
         Ok(Self {
             gpu_memory: arguments.gpu_memory,

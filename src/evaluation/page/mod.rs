@@ -52,7 +52,7 @@ pub(crate) fn page(report: &Report, gallery: &Gallery) -> String {
         bins = table::bins(report),
         legend = plot::legend(report),
         gallery = gallery.html(),
-        renderer = Escaped(&settings.renderer),
+        renderer = Escaped(&settings.renderer.to_string()),
     );
     whole(&title, &body)
 }

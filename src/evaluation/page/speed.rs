@@ -18,8 +18,11 @@ pub(crate) fn speed_page(report: &Report) -> String {
          cores.</p></header>\n<section>\n<h2>Frames</h2>\n{legend}<div class=\"plots\">\n{plot}\
          </div>\n{frames}<p>Every variant changes one setting of the most exact one; its error is \
          the difference to the most exact frames, over all pixels of all views, the largest of the \
-         three colours in 255ths. Shaded: no other is both faster and nearer. The line of the plot \
-         joins them.</p>\n</section>\n<section>\n<h2>Passes</h2>\n{passes}<p>Median milliseconds, \
+         three colours in 255ths; a pixel that no photograph colours where one should counts as \
+         255. Combined: several settings at once, down the way on which frame budgets choose; \
+         budget: what those gave while the view moved, on views of their own. Shaded: no other is \
+         both faster and nearer, by the root mean square. The line of the plot joins \
+         them.</p>\n</section>\n<section>\n<h2>Passes</h2>\n{passes}<p>Median milliseconds, \
          each pass waited for before the next begins. Depth maps: those of all photographs in use, \
          drawn anew. Depth: of the pixels that show a surface in both \
          frames.</p>\n</section>\n<section>\n<h2>What costs grow with</h2>\n{linearity}</section>\n\
@@ -36,7 +39,7 @@ pub(crate) fn speed_page(report: &Report) -> String {
         frames = frames(report),
         passes = passes(report),
         linearity = linearity(report),
-        settings = Escaped(&described.settings),
+        settings = Escaped(&described.settings.to_string()),
     );
     whole(&title, &body)
 }
@@ -70,17 +73,17 @@ fn legend(report: &Report) -> String {
 
 /// Error against time, a mark a variant.
 fn plot(report: &Report) -> String {
-    let rows: Vec<&Row> = report.frames().filter(|row| row.error_p99.is_finite()).collect();
+    let rows: Vec<&Row> = report.frames().filter(|row| row.error_rms.is_finite()).collect();
     let across = Axis::new(rows.iter().map(|row| row.ms_median).chain([0.0]));
-    let up = Axis::new(rows.iter().map(|row| row.error_p99).chain([0.0]));
+    let up = Axis::new(rows.iter().map(|row| row.error_rms).chain([0.0]));
     let place = |row: &Row| {
         [
             LEFT + across.share(row.ms_median) * (RIGHT - LEFT),
-            BOTTOM - up.share(row.error_p99) * (BOTTOM - TOP),
+            BOTTOM - up.share(row.error_rms) * (BOTTOM - TOP),
         ]
     };
     let mut svg = format!(
-        "<figure class=\"plot\"><figcaption>Error of 99 % of the pixels against \
+        "<figure class=\"plot\"><figcaption>Root mean square error against \
          time</figcaption>\n<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"error against \
          time\">\n",
         SIZE[0], SIZE[1]
@@ -100,7 +103,7 @@ fn plot(report: &Report) -> String {
                 mark(index, place(row)),
                 Escaped(&Row::label(row.method, &row.setting)),
                 Figure(row.ms_median, 1),
-                Figure(row.error_p99, 0)
+                Figure(row.error_rms, 2)
             );
         }
         svg.push_str("</g>\n");
@@ -111,20 +114,25 @@ fn plot(report: &Report) -> String {
 
 fn frames(report: &Report) -> String {
     let mut html = "<div class=\"scroll\"><table>\n<thead><tr><th>Method</th><th>Median, \
-                    ms</th><th>95 %, ms</th><th>Largest error, 1/255</th><th>99 %, 1/255</th>\
-                    <th>Inputs</th></tr></thead>\n<tbody>\n"
+                    ms</th><th>95 %, ms</th><th>RMS error, 1/255</th><th>99 %, 1/255</th>\
+                    <th>Largest, 1/255</th><th>Uncovered, %</th><th>Inputs</th><th>Within a fifth, \
+                    %</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for row in report.frames() {
         let class = if row.front { " class=\"best\"" } else { "" };
         let _ = writeln!(
             html,
-            "<tr><th>{}</th><td{class}>{}</td><td>{}</td><td>{}</td><td{class}>{}</td><td>{}</td></tr>",
+            "<tr><th>{}</th><td{class}>{}</td><td>{}</td><td{class}>{}</td><td>{}</td><td>{}</td>\
+             <td>{}</td><td>{}</td><td>{}</td></tr>",
             Escaped(&Row::label(row.method, &row.setting)),
             Figure(row.ms_median, 1),
             Figure(row.ms_p95, 1),
-            Figure(row.error_max, 0),
+            Figure(row.error_rms, 2),
             Figure(row.error_p99, 0),
-            Escaped(&row.inputs)
+            Figure(row.error_max, 0),
+            Figure(100.0 * row.uncovered, 2),
+            Escaped(&row.inputs),
+            row.within_fifth.map_or(String::new(), |share| Figure(100.0 * share, 0).to_string())
         );
     }
     html.push_str("</tbody></table></div>\n");
@@ -230,8 +238,10 @@ fn costs(html: &mut String, title: &str, what: &str, costs: &[Cost], line: Optio
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluation::StatedSettings;
     use crate::evaluation::page::tests::assert_elements_close;
     use crate::evaluation::speed::{Described, Inputs, Linearity, Unit};
+    use crate::memory::HeldMemory;
 
     fn row(pass: &'static str, setting: &str, ms: f64, error: f64) -> Row {
         Row {
@@ -242,11 +252,15 @@ mod tests {
             ms_p95: 2.0 * ms,
             error_max: 2.0 * error,
             error_p99: error,
+            error_rms: error,
             error_unit: Unit::Colour,
+            uncovered: 0.0,
             unmatched: 0.0,
             inputs: "3 points".to_owned(),
             counts: Inputs::default(),
             front: false,
+            within_fifth: None,
+            late: None,
         }
     }
 
@@ -269,8 +283,10 @@ mod tests {
                 height: 32,
                 views: 2,
                 repeats: 3,
-                settings: "Settings".into(),
+                settings: StatedSettings(flaneur_renderer::Settings::default()),
             },
+            memory: HeldMemory::default(),
+            front: Vec::new(),
             rows,
             linearity: Linearity::default(),
         };

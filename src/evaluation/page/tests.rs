@@ -1,7 +1,7 @@
 //! The page of a small evaluation.
 
 use super::*;
-use crate::evaluation::{Compared, Described, Method, Row, Score};
+use crate::evaluation::{Compared, Described, Method, Row, Score, StatedSettings};
 use crate::memory::HeldMemory;
 use glam::UVec2;
 
@@ -29,7 +29,7 @@ fn report() -> (Report, Gallery) {
         sources: 3,
         targets: 2,
         methods: vec!["hybrid"],
-        renderer: "Settings".into(),
+        renderer: StatedSettings(flaneur_renderer::Settings::default()),
     };
     let (adapter, memory) = (Some("\"card\"".into()), HeldMemory::default());
     let report = Report::new("<s>".into(), adapter, memory, settings, &[method], rows);

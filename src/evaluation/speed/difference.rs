@@ -1,11 +1,15 @@
 //! How far frames are from others.
 
+use flaneur_renderer::{Frame, Surface};
+
 /// Differences of many pixels, of several frames together, as a histogram: what it takes does not
 /// grow with them.
 #[derive(Clone, Debug)]
 pub(crate) struct Difference {
     /// Pixels for each difference of a colour, 255ths.
     colours: Vec<u64>,
+    /// Pixels that photographs colour in the exact frame alone.
+    uncovered: u64,
     /// Pixels for each step of a difference of depth.
     depths: Vec<u64>,
     max_m: f64,
@@ -23,20 +27,43 @@ const OCTAVES: f64 = 36.0;
 impl Default for Difference {
     fn default() -> Self {
         let steps = (STEPS * OCTAVES) as usize + 2;
-        Self { colours: vec![0; 256], depths: vec![0; steps], max_m: 0.0, unmatched: 0 }
+        Self {
+            colours: vec![0; 256],
+            uncovered: 0,
+            depths: vec![0; steps],
+            max_m: 0.0,
+            unmatched: 0,
+        }
     }
 }
 
 impl Difference {
-    /// Adds the pixels of two pictures of four bytes a pixel: the largest difference among the
-    /// three colours of each.
-    pub(crate) fn add_colours(&mut self, rgba: &[u8], exact: &[u8]) {
-        for (a, b) in rgba.chunks_exact(4).zip(exact.chunks_exact(4)) {
+    /// Adds the pixels of two pictures of one size: the largest difference among the three colours
+    /// of each. A pixel that no photograph colours where one should is as wrong as can be.
+    pub(crate) fn add_colours(&mut self, frame: &Frame, exact: &Frame) {
+        let colours = frame.rgba.chunks_exact(4).zip(exact.rgba.chunks_exact(4));
+        for ((a, b), surfaces) in colours.zip(frame.surfaces.iter().zip(&exact.surfaces)) {
+            let uncovered = !is_covered(*surfaces.0) && is_covered(*surfaces.1);
+            self.uncovered += u64::from(uncovered);
             let difference = a.iter().zip(b).take(3).map(|(a, b)| a.abs_diff(*b)).max();
-            if let Some(count) = self.colours.get_mut(usize::from(difference.unwrap_or(0))) {
+            let difference = if uncovered { 255 } else { difference.unwrap_or(0) };
+            if let Some(count) = self.colours.get_mut(usize::from(difference)) {
                 *count += 1;
             }
         }
+    }
+
+    /// The mean of the squared differences of colours, 255ths squared; `None` without pixels.
+    pub(crate) fn mean_squared_255(&self) -> Option<f64> {
+        let pixels: u64 = self.colours.iter().sum();
+        let squares = self.colours.iter().zip(0u64..).map(|(count, d)| count * d * d);
+        (pixels > 0).then(|| squares.sum::<u64>() as f64 / pixels as f64)
+    }
+
+    /// Share of all pixels that photographs colour in the exact frame alone.
+    pub(crate) fn uncovered_share(&self) -> f64 {
+        let pixels: u64 = self.colours.iter().sum();
+        self.uncovered as f64 / pixels.max(1) as f64
     }
 
     /// Adds the depths of two frames, metres.
@@ -84,6 +111,11 @@ impl Difference {
     }
 }
 
+/// Whether photographs colour the pixel.
+fn is_covered(surface: Surface) -> bool {
+    surface.is_coloured() || surface == Surface::Inferred
+}
+
 /// The first index at which the counts reach 99 % of their sum.
 fn rank_99(counts: &[u64]) -> usize {
     let all: u64 = counts.iter().sum();
@@ -106,18 +138,46 @@ mod tests {
     fn colours_are_compared_channel_by_channel() {
         let mut difference = Difference::default();
         assert_eq!(difference.colours_255(), None);
-        let exact = [100u8, 100, 100, 255].repeat(1000);
-        let mut rgba = exact.clone();
+        let exact = frame([100u8, 100, 100, 255].repeat(1000));
+        let mut other = exact.clone();
         for pixel in 0..9 {
-            rgba[4 * pixel + 1] = 90;
+            other.rgba[4 * pixel + 1] = 90;
         }
-        rgba[4 * 500] = 3;
-        rgba[4 * 600 + 3] = 0;
-        difference.add_colours(&rgba, &exact);
+        other.rgba[4 * 500] = 3;
+        other.rgba[4 * 600 + 3] = 0;
+        difference.add_colours(&other, &exact);
         assert_eq!(difference.colours_255(), Some([97.0, 0.0]), "10 of 1000 are within 1 %");
-        rgba[4 * 20 + 2] = 105;
-        difference.add_colours(&rgba, &exact);
+        let squares = f64::from(9 * 10 * 10 + 97 * 97);
+        assert!((difference.mean_squared_255().expect("pixels") - squares / 1e3).abs() < 1e-9);
+        other.rgba[4 * 20 + 2] = 105;
+        difference.add_colours(&other, &exact);
         assert_eq!(difference.colours_255(), Some([97.0, 5.0]));
+    }
+
+    #[test]
+    fn what_is_not_covered_is_as_wrong_as_can_be() {
+        let exact = frame([100u8, 100, 100, 255].repeat(100));
+        let mut other = exact.clone();
+        other.surfaces[3] = Surface::PointUncoloured;
+        other.surfaces[4] = Surface::Background;
+        other.surfaces[5] = Surface::Inferred;
+        let mut difference = Difference::default();
+        difference.add_colours(&other, &exact);
+        assert_eq!(difference.uncovered_share(), 0.02);
+        assert_eq!(difference.colours_255(), Some([255.0, 255.0]));
+        let mut reverse = Difference::default();
+        reverse.add_colours(&exact, &other);
+        assert_eq!(reverse.uncovered_share(), 0.0, "more than the exact frame shows is no fault");
+    }
+
+    fn frame(rgba: Vec<u8>) -> Frame {
+        let pixels = rgba.len() / 4;
+        Frame {
+            size: glam::UVec2::new(pixels as u32, 1),
+            rgba,
+            surfaces: vec![Surface::MeshColoured; pixels],
+            stats: flaneur_renderer::FrameStats::default(),
+        }
     }
 
     #[test]

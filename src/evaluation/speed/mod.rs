@@ -7,6 +7,7 @@
 
 mod difference;
 mod front;
+pub(crate) mod ladder;
 mod linearity;
 mod report;
 mod statistics;
@@ -15,6 +16,6 @@ mod variant;
 pub(crate) use difference::Difference;
 pub(crate) use front::mark_front;
 pub(crate) use linearity::{Cost, OffScreen, line_through};
-pub(crate) use report::{Described, Inputs, Linearity, Report, Row, Unit};
+pub(crate) use report::{Described, FrontRung, Inputs, Linearity, Report, Row, Unit};
 pub(crate) use statistics::{median, percentile};
 pub(crate) use variant::{Feed, Variant, variants};

@@ -6,6 +6,8 @@ use flaneur_renderer::{FrameStats, Settings};
 use serde::Serialize;
 
 use super::{Cost, OffScreen, Variant, mark_front};
+use crate::evaluation::StatedSettings;
+use crate::memory::HeldMemory;
 
 /// A measurement.
 #[derive(Debug, Serialize)]
@@ -21,10 +23,36 @@ pub(crate) struct Report {
     /// What was measured, and how.
     #[serde(flatten)]
     pub(crate) described: Described,
+    /// Bytes that a renderer held on the device, at most; they follow each other.
+    pub(crate) memory: HeldMemory,
     /// A row a variant and pass; the frame's own rows have the pass `frame`.
     pub(crate) rows: Vec<Row>,
+    /// The front of frames over all settings that a frame budget changes, most exact first.
+    pub(crate) front: Vec<FrontRung>,
     /// How costs grow with what is drawn.
     pub(crate) linearity: Linearity,
+}
+
+/// Settings such that none of those that were measured gives a frame that is both faster and nearer
+/// to the most exact one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct FrontRung {
+    /// Most rigs that colour a pixel.
+    pub(crate) rigs: usize,
+    /// Most points of a frame; `null` for no limit.
+    pub(crate) frame_points: Option<u64>,
+    /// Depths tried where nothing is known; `null` where such pixels stay empty.
+    pub(crate) inferred_hypotheses: Option<u32>,
+    /// Whether photographs are aligned.
+    pub(crate) align: bool,
+    /// Share of the picture's sides at which it is computed.
+    pub(crate) resolution: f32,
+    /// Median time of a frame, milliseconds.
+    pub(crate) ms_median: f64,
+    /// See [`Row::error_rms`].
+    pub(crate) error_rms: f64,
+    /// See [`Row::uncovered`].
+    pub(crate) uncovered: f64,
 }
 
 /// What was measured, and how.
@@ -39,7 +67,7 @@ pub(crate) struct Described {
     /// How often each was rendered by each variant.
     pub(crate) repeats: usize,
     /// The default settings of the renderer.
-    pub(crate) settings: String,
+    pub(crate) settings: StatedSettings,
 }
 
 /// What a pass, or the whole frame, takes in one variant.
@@ -60,8 +88,13 @@ pub(crate) struct Row {
     pub(crate) error_max: f64,
     /// What 99 % of the pixels do not exceed.
     pub(crate) error_p99: f64,
-    /// Unit of the two.
+    /// Root of the mean square over the pixels; of colours alone.
+    pub(crate) error_rms: f64,
+    /// Unit of the three.
     pub(crate) error_unit: Unit,
+    /// Share of the pixels that photographs colour in the most exact frame alone. Each counts as a
+    /// difference of 255.
+    pub(crate) uncovered: f64,
     /// Share of the pixels that show a surface in one of the frames alone.
     pub(crate) unmatched: f64,
     /// What was drawn, in words.
@@ -72,6 +105,12 @@ pub(crate) struct Row {
     /// Whether no other variant's frame is both faster and nearer to the most exact one; of
     /// frames alone.
     pub(crate) front: bool,
+    /// Share of the frames that took within a fifth of their budget; of budgets alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) within_fifth: Option<f64>,
+    /// Share of the frames that took longer than that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) late: Option<f64>,
 }
 
 /// What an error is measured in.
@@ -121,13 +160,13 @@ impl Report {
         self.rows.iter().filter(|row| row.pass == Row::FRAME)
     }
 
-    /// Sets [`Row::front`] of every row: of the frame of each variant, by median time and the
-    /// error of 99 % of the pixels.
+    /// Sets [`Row::front`] of every row: of the frame of each variant, by median time and
+    /// [`Row::error_rms`]. Budgets show other views.
     pub(crate) fn mark_front(rows: &mut [Row]) {
-        let frames: Vec<usize> =
-            (0..rows.len()).filter(|&index| rows[index].pass == Row::FRAME).collect();
+        let competes = |row: &Row| row.pass == Row::FRAME && row.within_fifth.is_none();
+        let frames: Vec<usize> = (0..rows.len()).filter(|&index| competes(&rows[index])).collect();
         let costs: Vec<[f64; 2]> =
-            frames.iter().map(|&index| [rows[index].ms_median, rows[index].error_p99]).collect();
+            frames.iter().map(|&index| [rows[index].ms_median, rows[index].error_rms]).collect();
         for (index, front) in frames.into_iter().zip(mark_front(&costs)) {
             rows[index].front = front;
         }
@@ -147,7 +186,7 @@ impl Row {
 impl Described {
     /// Of `views` pictures of the size of `settings`.
     pub(crate) fn new(size: glam::UVec2, views: usize, repeats: usize, settings: Settings) -> Self {
-        let settings = format!("{settings:?}");
+        let settings = StatedSettings(settings);
         Self { width: size.x, height: size.y, views, repeats, settings }
     }
 }

@@ -2,12 +2,10 @@
 
 use flaneur_renderer::{Settings, SplatNormals, SplatRoute, Texturing};
 
-/// Rigs of the most exact frame.
-const MOST_RIGS: usize = 16;
-/// Side of its depth maps, texels.
+use super::ladder::{self, EIGHTHS, HYPOTHESES, RESOLUTIONS, RIGS, Rung};
+
+/// Side of the most exact frame's depth maps, texels.
 const LARGEST_MAP: u32 = 1024;
-/// Depths that it tries where there is no geometry.
-const MOST_HYPOTHESES: u32 = 31;
 
 /// What a renderer is fed with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -38,9 +36,6 @@ pub(crate) struct Variant {
 /// Settings that are the most exact in everything, from those that are used otherwise.
 fn most_exact(base: Settings) -> Settings {
     Settings {
-        rigs: MOST_RIGS,
-        frame_points: u64::MAX,
-        resolution: 1.0,
         depth_map_side: LARGEST_MAP,
         depth_test: true,
         refine_by_points: true,
@@ -49,10 +44,7 @@ fn most_exact(base: Settings) -> Settings {
         quads_from_px: None,
         texturing: Texturing::Deferred,
         exposure_gains: true,
-        align: true,
-        infer: true,
-        inferred_hypotheses: MOST_HYPOTHESES,
-        ..base
+        ..Rung::default().settings(base, 0)
     }
 }
 
@@ -70,10 +62,10 @@ pub(crate) fn variants(base: Settings, points: u64, has_atomic_64: bool) -> Vec<
         variant("default", &"", base),
         Variant { feed: Feed::AndBehind, ..variant("default", &"more behind the eye", base) },
     ];
-    for rigs in [1, 2, 3, 4, 6, 8, 12] {
+    for &rigs in &RIGS[1..] {
         all.push(variant("rigs", &rigs, Settings { rigs, ..exact }));
     }
-    for side in [64, 128, 256, 512] {
+    for side in [512, 256, 128, 64] {
         let settings = Settings { depth_map_side: side, ..exact };
         all.push(variant("depth map side", &side, settings));
     }
@@ -83,11 +75,12 @@ pub(crate) fn variants(base: Settings, points: u64, has_atomic_64: bool) -> Vec<
         Settings { refine_by_points: false, ..exact },
     ));
     all.push(variant("depth test", &"off", Settings { depth_test: false, ..exact }));
-    for eighths in [1, 2, 3, 4, 5, 6, 7] {
-        let settings = Settings { frame_points: points * eighths / 8, ..exact };
+    for &eighths in &EIGHTHS[1..] {
+        let frame_points = ladder::frame_points(points, eighths);
+        let settings = Settings { frame_points, ..exact };
         all.push(variant("points", &format!("{eighths}/8"), settings));
     }
-    for resolution in [0.35, 0.5, 0.7, 0.85] {
+    for &resolution in &RESOLUTIONS[1..] {
         all.push(variant("resolution", &resolution, Settings { resolution, ..exact }));
     }
     for texturing in Texturing::ALL {
@@ -96,7 +89,7 @@ pub(crate) fn variants(base: Settings, points: u64, has_atomic_64: bool) -> Vec<
             all.push(variant("texturing", &texturing.name(), settings));
         }
     }
-    for inferred_hypotheses in [1, 3, 7, 15] {
+    for inferred_hypotheses in HYPOTHESES[1..].iter().flatten().copied() {
         let settings = Settings { inferred_hypotheses, ..exact };
         all.push(variant("inferred depths", &inferred_hypotheses, settings));
     }
@@ -155,6 +148,6 @@ mod tests {
             assert!(settings.frame_points <= exact.frame_points);
         }
         let points = all.iter().filter(|v| v.method == "points").map(|v| v.settings.frame_points);
-        assert!(points.eq([1000, 2000, 3000, 4000, 5000, 6000, 7000]));
+        assert!(points.eq([6000, 4000, 2000, 1000]));
     }
 }

@@ -1,0 +1,130 @@
+//! Budgets on machines that are equations.
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// A machine that takes this long, in milliseconds, for what it is told to do: a part for
+/// each pixel and rig, one for each point, and one for nothing at all.
+struct Machine {
+    nothing: f64,
+    per_rig: f64,
+    per_megapoint: f64,
+    megapoints: f64,
+}
+
+impl Machine {
+    fn ms(&self, settings: &Settings) -> f64 {
+        let pixels = f64::from(settings.resolution).powi(2);
+        let points = (settings.frame_points as f64 / 1e6).min(self.megapoints);
+        self.nothing
+            + self.per_rig * pixels * (2.0 + settings.rigs as f64)
+            + self.per_megapoint * points
+    }
+}
+
+fn finest() -> Settings {
+    FrameBudget::most_exact(Settings::default())
+}
+
+/// The times of `frames` frames, each off by up to `noise` of itself, and how often settings
+/// changed in the second half.
+fn run(
+    machine: &Machine,
+    budget: &mut FrameBudget,
+    frames: usize,
+    noise: &[f64],
+) -> (Vec<f64>, usize) {
+    let (mut times, mut changes) = (Vec::new(), 0);
+    for frame in 0..frames {
+        let ms = machine.ms(&budget.settings(finest()))
+            * (1.0 + noise.get(frame % noise.len().max(1)).copied().unwrap_or(0.0));
+        times.push(ms);
+        let changed = budget.observe(Duration::from_secs_f64(ms / 1e3));
+        changes += usize::from(changed && frame >= frames / 2);
+    }
+    (times, changes)
+}
+
+#[test]
+fn rungs_are_each_a_little_cheaper() {
+    for pair in FRONT.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        assert!(b.cost < a.cost && b.cost > 0.8 * a.cost, "{a:?} {b:?}");
+        assert!(b.rigs <= a.rigs && b.points <= a.points, "{a:?} {b:?}");
+        assert!(b.resolution <= a.resolution && b.hypotheses <= a.hypotheses);
+    }
+    assert_eq!(FrameBudget::new(Duration::MAX).settings(finest()).rigs, FRONT[8].rigs);
+}
+
+#[test]
+fn a_base_is_never_exceeded() {
+    let base = Settings { rigs: 2, frame_points: 1000, resolution: 0.5, ..finest() };
+    let mut budget = FrameBudget::new(Duration::from_secs(10));
+    for _ in 0..60 {
+        let settings = budget.settings(base);
+        assert!(settings.rigs <= 2 && settings.frame_points <= 1000);
+        assert!(settings.resolution <= 0.5);
+        budget.observe(Duration::from_millis(1));
+    }
+    assert_eq!((budget.haste(), budget.is_settled()), (0.0, true));
+}
+
+#[test]
+fn one_late_frame_moves_nothing() {
+    let machine = Machine { nothing: 5.0, per_rig: 8.0, per_megapoint: 20.0, megapoints: 2.0 };
+    let mut budget = FrameBudget::new(Duration::from_millis(80));
+    run(&machine, &mut budget, 60, &[0.0]);
+    let before = budget.settings(finest());
+    assert!(!budget.observe(Duration::from_secs(2)));
+    run(&machine, &mut budget, 10, &[0.0]);
+    assert_eq!(budget.settings(finest()), before);
+}
+
+/// The street opens, and there is three times as much to see: the budget is held again soon.
+#[test]
+fn a_view_that_moves_is_followed() {
+    let mut budget = FrameBudget::new(Duration::from_millis(100));
+    for megapoints in [0.5, 4.0, 1.5, 0.2] {
+        let machine = Machine { nothing: 10.0, per_rig: 11.0, per_megapoint: 30.0, megapoints };
+        let (times, _) = run(&machine, &mut budget, 60, &[0.03, -0.04, 0.0, 0.05]);
+        let (settled, late) = (&times[40..], times[20..].iter().filter(|ms| **ms > 120.0));
+        assert!(settled.iter().all(|ms| (80.0..=120.0).contains(ms)), "{settled:?}");
+        assert_eq!(late.count(), 0, "{megapoints}: {times:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// On any machine whose costs are mostly what settings change, the budget is held within
+    /// a fifth where any rung can hold it, and settings come to rest.
+    #[test]
+    fn the_budget_is_held_without_oscillation(
+        nothing in 0.0..5.0f64,
+        per_rig in 0.5..20.0f64,
+        per_megapoint in 1.0..40.0f64,
+        megapoints in 0.1..5.0f64,
+        share in 0.0..1.0f64,
+        noise in prop::collection::vec(-0.05..0.05f64, 7..23),
+    ) {
+        let machine = Machine { nothing, per_rig, per_megapoint, megapoints };
+        let rung_ms = |index: usize| {
+            let budget = FrameBudget { rung: index, ..FrameBudget::new(Duration::MAX) };
+            machine.ms(&budget.settings(finest()))
+        };
+        let (finest_ms, cheapest_ms) = (rung_ms(0), rung_ms(FRONT.len() - 1));
+        let target = cheapest_ms * (finest_ms / cheapest_ms).powf(share);
+        let mut budget = FrameBudget::new(Duration::from_secs_f64(target / 1e3));
+        let (times, changes) = run(&machine, &mut budget, 240, &noise);
+        // Where rungs lie closer together than the band, one is always inside.
+        let mut last = times[180..].to_vec();
+        last.sort_unstable_by(f64::total_cmp);
+        let median = last[30] / target;
+        let steps = (1..FRONT.len()).map(|index| rung_ms(index - 1) / rung_ms(index));
+        let reachable = steps.fold(1.0, f64::max) < 1.29;
+        prop_assert!(!reachable || median >= 0.8, "{median}");
+        prop_assert!(median <= 1.1 && last[59] <= 1.2 * target, "{median}, {}", last[59] / target);
+        prop_assert!(changes <= 4, "{changes} changes");
+    }
+}
