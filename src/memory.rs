@@ -9,13 +9,13 @@ use serde::{Serialize, Serializer};
 
 /// Memory that a command may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct MemoryBudget(u64);
+pub(crate) struct MemorySize(u64);
 
 /// Below this, buffers of a few files leave no room for the data.
 const MINIMUM: u64 = 64 << 20;
 
-impl MemoryBudget {
-    /// The budget in bytes.
+impl MemorySize {
+    /// Its bytes.
     pub(crate) fn bytes(self) -> u64 {
         self.0
     }
@@ -27,11 +27,11 @@ impl MemoryBudget {
 pub(crate) struct GpuMemory {
     /// Hold at most so much of the graphics device's memory; what is far is given up first
     #[arg(long, value_name = "SIZE", default_value = "8GiB")]
-    gpu_memory: MemoryBudget,
+    gpu_memory: MemorySize,
 }
 
 impl GpuMemory {
-    /// The budget in bytes.
+    /// Its bytes.
     pub(crate) fn bytes(self) -> u64 {
         self.gpu_memory.bytes()
     }
@@ -68,7 +68,7 @@ impl Serialize for HeldMemory {
     }
 }
 
-impl FromStr for MemoryBudget {
+impl FromStr for MemorySize {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn amounts_are_read_with_their_units() {
-        let bytes = |text: &str| text.parse::<MemoryBudget>().map(MemoryBudget::bytes);
+        let bytes = |text: &str| text.parse::<MemorySize>().map(MemorySize::bytes);
         assert_eq!(bytes("2GiB"), Ok(2 << 30));
         assert_eq!(bytes("512 MiB"), Ok(512 << 20));
         assert_eq!(bytes("1.5g"), Ok(3 << 29));

@@ -75,11 +75,13 @@ fn a_scene_is_rendered() {
 }
 
 fn a_budget_that_cannot_be_held_takes_the_cheapest_settings(place: &Place) {
-    let settings = |budget: &str| {
+    let frame = |budget: &str| {
         let (out, report) = (place.file("budget.png"), place.file("budget.json"));
         let arguments = ["render", text(&place.street.store), "--like", "101/602", "--size"];
         let files = ["96x64", "-o", text(&out), "--report", text(&report)];
-        succeed(&[&arguments[..], &files, &["--budget-ms", budget]].concat());
+        let output = run(&[&arguments[..], &files, &["--budget-ms", budget]].concat());
+        assert!(output.status.success());
+        let warned = String::from_utf8_lossy(&output.stderr).contains("with the cheapest settings");
         let frame = json(&report)["frames"][0].clone();
         let memory = &frame["memory"];
         let kinds = memory.as_object().expect("an object").iter();
@@ -87,12 +89,19 @@ fn a_budget_that_cannot_be_held_takes_the_cheapest_settings(place: &Place) {
             kinds.filter(|(kind, _)| *kind != "total").filter_map(|(_, bytes)| bytes.as_u64());
         assert_eq!(memory["total"].as_u64(), Some(sum.sum()), "{memory}");
         assert!(memory["targets"].as_u64() > Some(0) && memory["inference"].is_u64(), "{memory}");
-        frame["settings"].clone()
+        let held = frame["budget"]["held"].as_bool().expect("settled");
+        assert!(warned != held, "said where it is not held, and only there: {frame}");
+        frame
     };
-    let (cheapest, finest) = (settings("1"), settings("60000"));
-    assert_eq!((&cheapest["rigs"], &finest["rigs"]), (&1.into(), &16.into()));
-    assert!(cheapest["frame_points"].is_u64() && finest["frame_points"].is_null());
-    assert_eq!(finest["resolution"], 1.0);
+    let (cheapest, finest) = (frame("1"), frame("60000"));
+    let (fastest, slowest) = (&cheapest["budget"], &finest["budget"]);
+    assert_eq!((&fastest["held"], &slowest["held"]), (&false.into(), &true.into()));
+    assert_eq!((&fastest["asked_ms"], &slowest["rung"]), (&1.0.into(), &0.into()));
+    assert_eq!(fastest["rung"].as_u64().map(|rung| rung + 1), fastest["rungs"].as_u64());
+    assert!(fastest["reached_ms"].as_f64() > Some(1.2), "{cheapest}");
+    let (cheapest, finest) = (&cheapest["settings"], &finest["settings"]);
+    assert!(cheapest["rigs"].as_u64() < finest["rigs"].as_u64());
+    assert!(finest["frame_points"].is_null() && finest["resolution"] == 1.0);
     let store = text(&place.street.store);
     let wrong = run(&["render", store, "--like", "x", "-o", "x.png", "--budget-ms", "0"]);
     assert_eq!(wrong.status.code(), Some(2));

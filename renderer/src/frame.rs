@@ -53,6 +53,8 @@ pub struct FrameStats {
     pub images: u64,
     /// Photographs of the nearest rigs that can see something of the view.
     pub images_drawn: u64,
+    /// Pixels of the picture.
+    pub pixels: u64,
     /// Pixels that show mesh or points.
     pub geometry_pixels: u64,
     /// Pixels that show mesh or points and that at least one photograph colours.
@@ -93,6 +95,11 @@ impl FrameStats {
         }
         self.coloured_pixels as f64 / self.geometry_pixels as f64
     }
+
+    /// The share of all pixels that photographs colour at an inferred depth, 0 to 1.
+    pub fn inferred_share(&self) -> f64 {
+        self.inferred_pixels as f64 / self.pixels.max(1) as f64
+    }
 }
 
 impl Frame {
@@ -101,6 +108,7 @@ impl Frame {
         let mut surfaces = Vec::with_capacity(rgba.len() / 4);
         for alpha in rgba.iter_mut().skip(3).step_by(4) {
             let surface = Surface::from_code(*alpha);
+            stats.pixels += 1;
             stats.geometry_pixels += u64::from(surface.is_geometry());
             stats.coloured_pixels += u64::from(surface.is_coloured());
             stats.inferred_pixels += u64::from(surface == Surface::Inferred);

@@ -147,10 +147,10 @@ impl Ledger {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 6, failure_persistence: None, ..Default::default() })]
 
-    /// Whatever comes and goes, the budget holds, and what was evicted leaves no trace: the frame
+    /// Whatever comes and goes, the limit holds, and what was evicted leaves no trace: the frame
     /// is that of a renderer that holds the rest alone.
     #[test]
-    fn the_budget_is_never_exceeded(
+    fn the_limit_is_never_exceeded(
         steps in prop::collection::vec((0u32..7, 0u32..12, 0u32..3), 6..18)
     ) {
         let street = Street::with_pole(DVec3::ZERO);

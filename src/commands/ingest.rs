@@ -10,7 +10,7 @@ use flaneur_services::store::Store;
 
 use super::Context;
 use crate::exit::Exit;
-use crate::memory::MemoryBudget;
+use crate::memory::MemorySize;
 use crate::output;
 
 const EXAMPLES: &str = "\
@@ -40,7 +40,7 @@ pub(crate) struct IngestArguments {
     name: Option<String>,
     /// Memory to stay within: bytes, or with KiB, MiB, GiB
     #[arg(long, value_name = "SIZE", default_value = "2GiB")]
-    memory: MemoryBudget,
+    memory: MemorySize,
     /// Folder for intermediate files, which may grow larger than the survey [default: a
     /// folder in the user's cache]
     #[arg(long, value_name = "DIR")]

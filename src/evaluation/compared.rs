@@ -14,23 +14,26 @@ pub(crate) struct Compared {
     /// For each pixel of a photograph, whether its mask lets the scene be seen; of a rendering,
     /// whether a photograph colours it.
     pub(crate) counts: Vec<bool>,
+    /// Share of the pixels showing geometry that at least one photograph colours; of a photograph,
+    /// of all pixels.
+    pub(crate) coverage: f64,
+    /// Share of all pixels that photographs colour at an inferred depth.
+    pub(crate) inferred: f64,
 }
 
 impl Compared {
     /// The picture of straight alpha: what has any counts.
     fn from_rgba(size: UVec2, rgba: &[u8]) -> Self {
-        Self {
-            size,
-            rgb: rgb(rgba),
-            counts: rgba.chunks_exact(4).map(|pixel| pixel[3] > 0).collect(),
-        }
+        let counts: Vec<bool> = rgba.chunks_exact(4).map(|pixel| pixel[3] > 0).collect();
+        let coverage = share(&counts);
+        Self { size, rgb: rgb(rgba), counts, coverage, inferred: 0.0 }
     }
 
     /// A picture all of which counts.
     pub(crate) fn whole(picture: image::RgbImage) -> Self {
         let size = UVec2::new(picture.width(), picture.height());
         let rgb = picture.into_raw();
-        Self { size, counts: vec![true; rgb.len() / 3], rgb }
+        Self { size, counts: vec![true; rgb.len() / 3], rgb, coverage: 1.0, inferred: 0.0 }
     }
 
     /// The same picture stretched to `size`: a pixel is the mean of what it covers where that is
@@ -66,8 +69,15 @@ impl From<&Frame> for Compared {
             size: frame.size,
             rgb: rgb(&frame.rgba),
             counts: frame.surfaces.iter().map(|surface| surface.is_coloured()).collect(),
+            coverage: frame.stats.coverage(),
+            inferred: frame.stats.inferred_share(),
         }
     }
+}
+
+/// Share of those that are true.
+pub(super) fn share(counts: &[bool]) -> f64 {
+    counts.iter().filter(|counts| **counts).count() as f64 / counts.len() as f64
 }
 
 fn rgb(rgba: &[u8]) -> Vec<u8> {

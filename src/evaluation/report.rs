@@ -124,6 +124,8 @@ mod tests {
             size: UVec2::splat(8),
             rgb: vec![value; 192],
             counts: vec![true; 64],
+            coverage: 1.0,
+            inferred: 0.0,
         };
         let score = Score::new(&grey(0), &grey(error)).expect("of one size");
         Row { id: format!("{nearest_m}/1"), nearest_m, method, score }

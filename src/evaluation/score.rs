@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::Compared;
+use super::compared::share;
 use super::squared_error::{mean_squared_error, psnr_db};
 use super::ssim::SsimMap;
 
@@ -16,8 +17,11 @@ pub(crate) struct Score {
     pub(crate) ssim: f64,
     /// Root of the mean squared error over the whole frame, 0 to 1.
     pub(crate) rmse: f64,
-    /// Share of all pixels that at least one source colours.
+    /// Share of the pixels showing geometry that at least one source colours; of all pixels for a
+    /// method without geometry.
     pub(crate) coverage: f64,
+    /// Share of all pixels that sources colour at an inferred depth, where there is no geometry.
+    pub(crate) inferred: f64,
     /// Share of all pixels that the photograph's mask hides.
     pub(crate) masked: f64,
     /// As `psnr_db`, over the pixels that the mask shows.
@@ -52,14 +56,12 @@ impl Score {
         let similarities = map.map_or([f64::NAN; 3], |map| {
             [map.mean(), map.mean_where(shown), map.mean_where(covered)]
         });
-        let share = |counts: &[bool]| {
-            counts.iter().filter(|counts| **counts).count() as f64 / counts.len() as f64
-        };
         Some(Self {
             psnr_db: psnr_db(errors[0]),
             ssim: similarities[0],
             rmse: errors[0].sqrt(),
-            coverage: share(&rendering.counts),
+            coverage: rendering.coverage,
+            inferred: rendering.inferred,
             masked: 1.0 - share(&photograph.counts),
             psnr_db_unmasked: psnr_db(errors[1]),
             ssim_unmasked: similarities[1],
@@ -85,6 +87,7 @@ impl Score {
             ssim: mean(|s| s.ssim),
             rmse: mean(|s| s.rmse),
             coverage: mean(|s| s.coverage),
+            inferred: mean(|s| s.inferred),
             masked: mean(|s| s.masked),
             psnr_db_unmasked: mean(|s| s.psnr_db_unmasked),
             ssim_unmasked: mean(|s| s.ssim_unmasked),
@@ -103,11 +106,9 @@ mod tests {
 
     fn grey(side: u32, value: u8, counts: impl Fn(usize) -> bool) -> Compared {
         let pixels = (side * side) as usize;
-        Compared {
-            size: UVec2::splat(side),
-            rgb: vec![value; 3 * pixels],
-            counts: (0..pixels).map(counts).collect(),
-        }
+        let counts: Vec<bool> = (0..pixels).map(counts).collect();
+        let (rgb, coverage) = (vec![value; 3 * pixels], share(&counts));
+        Compared { size: UVec2::splat(side), rgb, counts, coverage, inferred: 0.0 }
     }
 
     #[test]

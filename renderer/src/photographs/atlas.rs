@@ -47,7 +47,7 @@ pub(crate) struct Place {
 pub(crate) enum NoPlace {
     /// The photograph is larger than the largest layer of the device.
     TooLarge { side: u32 },
-    /// The textures would exceed their budget.
+    /// The textures would exceed what they may take.
     Memory,
     /// The device has no more layers or no more memory.
     Device,
@@ -133,9 +133,9 @@ impl Atlas {
         gpu: &Gpu,
         size: UVec2,
         rgba: &[u8],
-        budget: u64,
+        most: u64,
     ) -> Result<Place, NoPlace> {
-        let place = self.take(gpu, size, budget)?;
+        let place = self.take(gpu, size, most)?;
         gpu.queue.write_texture(
             self.part(&place, 0),
             rgba,
@@ -169,12 +169,12 @@ impl Atlas {
     /// Keeps of the photograph at `place` the level below its full one, and gives back the room of
     /// the rest. Where it lies then: it moves to where there is room for so little, so that what it
     /// leaves can serve one of its former size. `None` where the device has no room to move it.
-    pub(crate) fn coarsen(&mut self, gpu: &Gpu, place: &Place, budget: u64) -> Option<Place> {
+    pub(crate) fn coarsen(&mut self, gpu: &Gpu, place: &Place, most: u64) -> Option<Place> {
         let size = level_size(place.size, 1);
         let kept = texture_of_one(gpu, size);
         copy(gpu, self.part(place, 1), kept.as_image_copy(), size);
         self.remove(place);
-        let moved = self.take(gpu, size, budget).ok().or_else(|| {
+        let moved = self.take(gpu, size, most).ok().or_else(|| {
             let packing = self.arrays[place.array].layers.get_mut(place.layer as usize)?;
             Some(Place { corner: packing.take(taken(size))?, size, ..*place })
         })?;
@@ -194,7 +194,7 @@ impl Atlas {
         }
     }
 
-    fn take(&mut self, gpu: &Gpu, size: UVec2, budget: u64) -> Result<Place, NoPlace> {
+    fn take(&mut self, gpu: &Gpu, size: UVec2, most: u64) -> Result<Place, NoPlace> {
         let limits = gpu.device.limits();
         let side = limits.max_texture_dimension_2d.min(SIDES[SIDES.len() - 1]);
         let aligned = taken(size);
@@ -206,16 +206,16 @@ impl Atlas {
             return Ok(place);
         }
         let smallest = |atlas: &Self| atlas.held() + bytes(SIDES[class], 1);
-        if smallest(self) > budget {
+        if smallest(self) > most {
             self.trim(gpu);
         }
         let held = self.held();
         let array = &mut self.arrays[class];
         // Half as much again, so that growing costs a bounded share of filling; a single
-        // layer where the budget has no room for more.
+        // layer where there is no room for more.
         let layers = array.layers.len();
         let generous = layers + (layers / 2).max(1);
-        let fits = |to: usize| held - bytes(array.side, layers) + bytes(array.side, to) <= budget;
+        let fits = |to: usize| held - bytes(array.side, layers) + bytes(array.side, to) <= most;
         let to = if fits(generous) { generous } else { layers + 1 };
         let may_grow = fits(to);
         let to = to.min(limits.max_texture_array_layers as usize);

@@ -42,7 +42,7 @@ impl PhotographStore {
         gpu: &Gpu,
         update: &ImageUpdate,
         eye: DVec3,
-        budget: u64,
+        most: u64,
         crowded: &mut Crowded,
     ) -> bool {
         let distance_m = update.camera.centre.distance(eye);
@@ -58,7 +58,7 @@ impl PhotographStore {
             .max_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));
         if let Some((id, _)) = finest {
             let id = id.clone();
-            if self.coarsen(gpu, &id, budget) {
+            if self.coarsen(gpu, &id, most) {
                 crowded.coarser.insert(id);
             } else {
                 crowded.give_up(id);
@@ -84,9 +84,9 @@ impl PhotographStore {
     }
 
     /// Keeps the photograph at half its size, where the device can; else it is gone.
-    fn coarsen(&mut self, gpu: &Gpu, id: &ImageId, budget: u64) -> bool {
+    fn coarsen(&mut self, gpu: &Gpu, id: &ImageId, most: u64) -> bool {
         let Some(mut photograph) = self.photographs.remove(id) else { return false };
-        let Some(place) = self.atlas.coarsen(gpu, &photograph.place, budget) else { return false };
+        let Some(place) = self.atlas.coarsen(gpu, &photograph.place, most) else { return false };
         self.revision += 1;
         photograph.place = place;
         photograph.halve(self.revision);

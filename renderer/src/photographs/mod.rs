@@ -76,12 +76,12 @@ impl PhotographStore {
         let map = Pinhole::for_depth_map(&update.camera.lens, side).ok_or_else(|| {
             error("its lens sees nothing: check focal length and distortion".into())
         })?;
-        let budget = settings.shares().photographs;
+        let most = settings.shares().photographs;
         let place = loop {
-            match self.atlas.insert(gpu, update.size, &update.rgba, budget) {
+            match self.atlas.insert(gpu, update.size, &update.rgba, most) {
                 Ok(place) => break Some(place),
                 Err(NoPlace::Memory) => {
-                    if !self.make_room(gpu, update, eye, budget, crowded) {
+                    if !self.make_room(gpu, update, eye, most, crowded) {
                         break None;
                     }
                 }

@@ -11,14 +11,14 @@ fn a_budget_is_kept_and_given_back() {
     let size = UVec2::new(1000, 900);
     let rgba = vec![128; 1000 * 900 * 4];
     // Two layers of 1024² with levels are 11.2 MB.
-    let budget = 12_000_000;
-    let first = atlas.insert(gpu(), size, &rgba, budget).expect("room for one");
-    let second = atlas.insert(gpu(), size, &rgba, budget).expect("room for two");
+    let most = 12_000_000;
+    let first = atlas.insert(gpu(), size, &rgba, most).expect("room for one");
+    let second = atlas.insert(gpu(), size, &rgba, most).expect("room for two");
     assert_ne!((first.layer, first.corner), (second.layer, second.corner));
-    let full = atlas.insert(gpu(), size, &rgba, budget);
+    let full = atlas.insert(gpu(), size, &rgba, most);
     assert!(matches!(full, Err(NoPlace::Memory)), "{full:?}");
     atlas.remove(&first);
-    assert_eq!(atlas.insert(gpu(), size, &rgba, budget).expect("room again"), first);
+    assert_eq!(atlas.insert(gpu(), size, &rgba, most).expect("room again"), first);
 }
 
 #[test]

@@ -123,7 +123,7 @@ impl PointStore {
         }
         self.blocks += blocks;
         self.points += records.len() as u64;
-        // A page holds 2²¹ points, so blocks that fit the budget fit a u32.
+        // A page holds 2²¹ points, so blocks that fit its share fit a u32.
         let parts = self.pages.take(gpu, blocks as u32, most);
         let (origin, spacing_m) = (chunk.origin, chunk.spacing_m);
         let chunk = Chunk { origin, bounds, spacing_m, radius_m, records, boxes, normals, parts };

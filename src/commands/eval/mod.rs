@@ -40,7 +40,8 @@ name fewer --methods where memory is short.
 
 Definitions: sRGB in [0, 1], the whole frame, a figure a view, then the mean over the views. SSIM in
 windows of 7x7 pixels of equal weight with sample covariance (scikit-image's default). Coverage is the
-share of all pixels that a source colours. Each figure is given again over what the photograph's mask
+share of the pixels showing geometry that a source colours, as in the reports of `flaneur render`;
+inferred is the share of all pixels that sources colour where there is no geometry. Each figure is given again over what the photograph's mask
 shows (…_unmasked), and over what of that a source colours (…_covered).";
 
 /// Arguments of `flaneur eval`.
@@ -159,15 +160,18 @@ impl EvalArguments {
 
 /// The means as a table.
 fn summary(report: &Report) -> String {
-    let mut lines =
-        vec![format!("{:28}{:>8}{:>8}{:>8}{:>10}", "", "PSNR dB", "SSIM", "RMSE", "coverage")];
+    let mut lines = vec![format!(
+        "{:28}{:>8}{:>8}{:>8}{:>10}{:>10}",
+        "", "PSNR dB", "SSIM", "RMSE", "coverage", "inferred"
+    )];
     lines.extend(report.mean.iter().map(|(method, score)| {
         format!(
-            "{method:28}{:8.2}{:8.3}{:8.4}{:9.1}%",
+            "{method:28}{:8.2}{:8.3}{:8.4}{:9.1}%{:9.1}%",
             score.psnr_db,
             score.ssim,
             score.rmse,
-            100.0 * score.coverage
+            100.0 * score.coverage,
+            100.0 * score.inferred
         )
     }));
     let Described { targets, sources, .. } = report.settings;

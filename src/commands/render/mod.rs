@@ -8,8 +8,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::{ArgGroup, Args};
-use flaneur_renderer::{Frame, FrameBudget, Gpu, Mode, Renderer, Settings, Texturing};
-use flaneur_scene::View;
+use flaneur_renderer::{
+    BudgetStanding, Frame, FrameBudget, Gpu, Mode, Renderer, Settings, Texturing,
+};
+use flaneur_scene::{SceneInfo, View};
 use flaneur_services::ingest::{Progress, Unit};
 use flaneur_streamer::{Budget, Event, Streamer, ViewRequest};
 use futures::StreamExt;
@@ -67,7 +69,8 @@ pub(crate) struct RenderArguments {
     #[arg(long, default_value = "60", value_parser = parse_fov, conflicts_with = "like")]
     fov: f64,
     /// No perspective: show this many metres from bottom to top, of what lies before the plane
-    /// through the position
+    /// through the position. No depths are inferred then, photographs are not aligned, and points are
+    /// textured by the deferred way
     #[arg(long, value_name = "METRES", value_parser = parse_height, conflicts_with_all = ["like", "fov"])]
     orthographic: Option<f64>,
     /// What to show: hybrid, mesh, points, points-colour, wireframe, depth, normals, sources (which
@@ -85,8 +88,9 @@ pub(crate) struct RenderArguments {
     /// Leave out photographs: ids, panoramas, or globs over either
     #[arg(long, value_name = "IMAGE_ID", num_args = 1.., value_parser = Pattern::parse)]
     without: Vec<Pattern>,
-    /// Choose settings so that a frame takes about so many milliseconds on this machine; pictures
-    /// then depend on it
+    /// Choose settings so that a frame takes about so many milliseconds on this machine, among those
+    /// that `flaneur bench` found nothing to beat; pictures then depend on it. Where it cannot be
+    /// held a warning says so, and the report
     #[arg(long, value_name = "MS", value_parser = parse_budget)]
     budget_ms: Option<Duration>,
     #[command(flatten)]
@@ -184,6 +188,7 @@ async fn fetch(
     context: &Context,
 ) -> Result<(), Exit> {
     renderer.expect_eye(view.eye());
+    warn_if_far(streamer.info(), view);
     let without = arguments.without.clone();
     let request = ViewRequest {
         excluded: Arc::new(move |id| without.iter().any(|pattern| pattern.matches(id))),
@@ -214,6 +219,19 @@ async fn fetch(
     Ok(())
 }
 
+/// Says so where a view stands so far outside of the scene that next to nothing of it is fetched.
+fn warn_if_far(scene: &SceneInfo, view: &View) {
+    let (outside_m, reach_m) =
+        (scene.bounds.distance(view.eye()), Budget::default().point_radius_m);
+    if outside_m > reach_m {
+        tracing::warn!(
+            "the view stands {outside_m:.0} m outside of the scene {:?}; points and photographs are \
+             shown up to {reach_m:.0} m away: check the order of its coordinates, and their CRS",
+            scene.name
+        );
+    }
+}
+
 /// One renderer and what it has done.
 struct Session {
     renderer: Renderer,
@@ -230,8 +248,12 @@ struct Session {
 impl Session {
     fn render(&mut self, view: &View, file: &Path, bytes_received: u64) -> Result<Frame, Exit> {
         tokio::task::block_in_place(|| {
+            let mut standing = None;
             if let Some(budget) = &mut self.budget {
-                hold(budget, &mut self.renderer, self.base, view, self.mode)?;
+                standing = hold(budget, &mut self.renderer, self.base, view, self.mode)?;
+            }
+            if let Some(standing) = standing.filter(|standing| !standing.held) {
+                warn_of(&standing, file);
             }
             // Each view is a picture of its own, whatever was rendered before it.
             self.renderer.cut();
@@ -251,6 +273,7 @@ impl Session {
                     since_start_ms,
                     bytes_received,
                     &self.renderer,
+                    standing,
                 ));
             }
             Ok(frame)
@@ -262,14 +285,26 @@ impl Session {
     }
 }
 
-/// Renders `view` until a rung of the budget holds, or nothing more can be done for it.
+/// Says that a budget cannot be held.
+fn warn_of(standing: &BudgetStanding, file: &Path) {
+    tracing::warn!(
+        "a frame takes {:.1} ms with the cheapest settings that fit, {:.1} were asked for: render \
+         a smaller picture, or allow more: {}",
+        standing.reached.as_secs_f64() * 1e3,
+        standing.asked.as_secs_f64() * 1e3,
+        file.display()
+    );
+}
+
+/// Renders `view` until a rung of the budget holds, or nothing more can be done for it. How the
+/// budget fares then, if it came to rest.
 fn hold(
     budget: &mut FrameBudget,
     renderer: &mut Renderer,
     base: Settings,
     view: &View,
     mode: Mode,
-) -> Result<(), Exit> {
+) -> Result<Option<BudgetStanding>, Exit> {
     let base = FrameBudget::most_exact(base);
     renderer.set_settings(budget.settings(base));
     // What is new is brought to the device, and depth maps are drawn: that is not the view's time.
@@ -283,7 +318,7 @@ fn hold(
             break;
         }
     }
-    Ok(())
+    Ok(budget.standing())
 }
 
 /// A time that a frame may take, milliseconds.

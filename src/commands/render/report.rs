@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use flaneur_renderer::{Frame, PassTime, Renderer, Settings};
+use flaneur_renderer::{BudgetStanding, Frame, PassTime, Renderer};
 use serde::Serialize;
 
+use crate::evaluation::StatedSettings;
 use crate::memory::HeldMemory;
 
 /// All frames of a run. Times, counts and coverage are those of the last frame; every frame has
@@ -30,8 +31,12 @@ pub(crate) struct Report {
     images: u64,
     /// Share of the pixels showing geometry that at least one photograph colours.
     coverage: f64,
+    /// Share of all pixels that photographs colour at an inferred depth.
+    inferred: f64,
     /// Bytes that the renderer holds on the device, by kind.
     memory: HeldMemory,
+    /// How the frame budget fares, as of a frame.
+    budget: Option<Budget>,
     frames: Vec<FrameReport>,
 }
 
@@ -52,27 +57,33 @@ pub(crate) struct FrameReport {
     triangles: u64,
     images: u64,
     coverage: f64,
+    inferred: f64,
     /// Bytes that the renderer holds on the device, by kind.
     memory: HeldMemory,
-    /// What a frame budget may have changed.
-    settings: Quality,
+    /// What a frame budget may have changed among them.
+    settings: StatedSettings,
+    /// How the frame budget fares; `null` without one, or where it has not come to rest.
+    budget: Option<Budget>,
 }
 
-/// Settings that trade speed for error between frames.
+/// A time that frames were to take.
 #[derive(Clone, Copy, Debug, Serialize)]
-struct Quality {
-    rigs: usize,
-    /// `null` for no limit.
-    frame_points: Option<u64>,
-    inferred_hypotheses: u32,
-    resolution: f32,
+struct Budget {
+    asked_ms: f64,
+    /// Median of the last frames.
+    reached_ms: f64,
+    /// Whether those took no more than a fifth longer than asked.
+    held: bool,
+    /// Where the settings stand on the front, 0 the most exact, of so many.
+    rung: usize,
+    rungs: usize,
 }
 
-impl From<Settings> for Quality {
-    fn from(settings: Settings) -> Self {
-        let Settings { rigs, frame_points, inferred_hypotheses, resolution, .. } = settings;
-        let frame_points = (frame_points < u64::MAX).then_some(frame_points);
-        Self { rigs, frame_points, inferred_hypotheses, resolution }
+impl From<BudgetStanding> for Budget {
+    fn from(standing: BudgetStanding) -> Self {
+        let BudgetStanding { asked, reached, held, rung, rungs } = standing;
+        let [asked_ms, reached_ms] = [asked, reached].map(|time| time.as_secs_f64() * 1e3);
+        Self { asked_ms, reached_ms, held, rung, rungs }
     }
 }
 
@@ -91,13 +102,16 @@ impl Report {
             triangles: last.triangles,
             images: last.images,
             coverage: last.coverage,
+            inferred: last.inferred,
             memory: last.memory,
+            budget: last.budget,
             frames,
         })
     }
 }
 
 impl FrameReport {
+    #[expect(clippy::too_many_arguments, reason = "one argument a figure")]
     pub(crate) fn new(
         file: &Path,
         frame: &Frame,
@@ -106,6 +120,7 @@ impl FrameReport {
         since_start_ms: f64,
         bytes_received: u64,
         renderer: &Renderer,
+        standing: Option<BudgetStanding>,
     ) -> Self {
         Self {
             file: file.display().to_string(),
@@ -119,8 +134,10 @@ impl FrameReport {
             triangles: frame.stats.triangles,
             images: frame.stats.images,
             coverage: frame.stats.coverage(),
+            inferred: frame.stats.inferred_share(),
             memory: HeldMemory(renderer.memory()),
-            settings: renderer.settings().into(),
+            settings: StatedSettings(renderer.settings()),
+            budget: standing.map(Budget::from),
         }
     }
 }

@@ -3,10 +3,9 @@
 use super::*;
 use crate::evaluation::{Compared, Described, Method, Row, Score, StatedSettings};
 use crate::memory::HeldMemory;
-use glam::UVec2;
 
 fn grey(value: u8) -> Compared {
-    Compared { size: UVec2::splat(8), rgb: vec![value; 192], counts: vec![true; 64] }
+    Compared::whole(image::RgbImage::from_pixel(8, 8, image::Rgb([value; 3])))
 }
 
 /// Two views with names that are no markup, one method.
