@@ -381,15 +381,8 @@ impl Renderer {
         }
         if aligning {
             let align = &mut self.align_pass;
-            let shares = align.draw(
-                gpu,
-                stages.encoder(),
-                &self.tile_pass,
-                &camera,
-                evidence,
-                &self.maps,
-                targets,
-            );
+            let shares =
+                align.draw(gpu, stages.encoder(), &self.tile_pass, evidence, &self.maps, targets);
             if let Some(shares) = shares {
                 align::share_out(&mut photographs, shares, align.step());
             }

@@ -12,7 +12,6 @@ use flaneur_scene::View;
 use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
-use crate::camera::gpu_data::Camera;
 use crate::depth_map::DepthMaps;
 use crate::infer::{Evidence, Grid, RECORDS, SightPass, Sights, UNIFORM, texture_of};
 use crate::screen::{ScreenPass, screen_pass};
@@ -192,7 +191,6 @@ impl AlignPass {
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         tile_pass: &TilePass,
-        camera: &Camera,
         evidence: Evidence<'_>,
         maps: &DepthMaps,
         targets: &Targets,
@@ -264,7 +262,7 @@ impl AlignPass {
             self.smooth.draw(gpu, encoder, bindings, &[&level.smoothed]);
             coarser = (&level.smoothed, level.grid.step);
         }
-        let axes = uniform(bytemuck::bytes_of(&axes(camera, evidence.view)));
+        let axes = uniform(bytemuck::bytes_of(&axes(evidence.view)));
         let bindings = vec![axes.as_entire_binding(), texture(coarser.0)];
         self.turn.draw(gpu, encoder, bindings, &[&self.offsets]);
         Some(shares)
@@ -327,12 +325,13 @@ pub(crate) fn share_out(photographs: &mut [Drawn], shares: Shares, step: u32) {
     }
 }
 
-fn axes(camera: &Camera, view: &View) -> gpu_data::Axes {
+fn axes(view: &View) -> gpu_data::Axes {
     let intrinsics = view.camera.lens.intrinsics;
+    let axes = view.camera.cam_from_world.transpose();
     gpu_data::Axes {
-        right: camera.right.map(|x| x / intrinsics.fx as f32),
+        right: (axes.x_axis / intrinsics.fx).as_vec3().to_array(),
         padding_0: 0,
-        down: camera.down.map(|x| x / intrinsics.fy as f32),
+        down: (axes.y_axis / intrinsics.fy).as_vec3().to_array(),
         padding_1: 0,
     }
 }
