@@ -4,7 +4,7 @@
 //! Every row of a scene and a kind of normals must give the same picture, or the run fails.
 
 use flaneur_renderer::{Gpu, Mode, RenderError, Renderer, Settings, SplatNormals, SplatRoute};
-use flaneur_scene::{NodeKey, PointChunk, PointNodeId, SceneUpdate, View};
+use flaneur_scene::{NodeKey, PointChunk, PointNodeId, PointStations, SceneUpdate, View};
 use glam::{DVec3, UVec2};
 
 /// Frames of which the least and the median time are taken: on a machine that others use, the
@@ -122,6 +122,7 @@ impl Scene {
                     intensities: Vec::new(),
                     classes: Vec::new(),
                     normals,
+                    stations: PointStations::default(),
                     spacing_m: self.spacing_m as f32,
                 }
             })

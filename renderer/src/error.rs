@@ -89,6 +89,16 @@ pub enum RenderError {
         /// The spacing found.
         spacing_m: f32,
     },
+    /// A point chunk says of a point that it was taken from a place that it does not name.
+    #[error(
+        "points {id:?}: all of the {places} places they were taken from must be finite, and points name one of those"
+    )]
+    PointStations {
+        /// The chunk.
+        id: PointNodeId,
+        /// Places in it.
+        places: usize,
+    },
     /// A photograph contradicts itself.
     #[error("image {id}: {what}")]
     Image {

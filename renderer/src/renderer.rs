@@ -14,7 +14,7 @@ use crate::infer::{self, Evidence, InferPass};
 use crate::mesh::{MeshPass, MeshStore};
 use crate::photographs::{Crowded, PhotographStore, camera_fault};
 use crate::pinhole::Pinhole;
-use crate::points::{BLOCK_POINTS, DrawList, PointStore};
+use crate::points::{BLOCK_POINTS, DrawList, PointStore, Precedence};
 use crate::shade::photograph::{Drawn, mark};
 use crate::shade::{self, ShadePass};
 use crate::splat::{SplatPass, ViewTarget};
@@ -80,12 +80,7 @@ impl Renderer {
             mesh: MeshStore::default(),
             points: PointStore::new(settings.splat_normals),
             photographs: PhotographStore::new(gpu),
-            maps: DepthMaps::new(
-                gpu,
-                settings.depth_map_side,
-                settings.refine_by_points,
-                settings.shares().depth_maps,
-            ),
+            maps: DepthMaps::new(gpu, &settings),
             gains: Gains::new(gpu),
             targets: None,
             eye: DVec3::ZERO,
@@ -115,10 +110,9 @@ impl Renderer {
         if settings.texturing != before.texturing {
             self.forward_pass = ForwardPass::new(&self.gpu, settings.texturing);
         }
-        let Settings { depth_map_side: side, refine_by_points: refined, .. } = settings;
-        if (side, refined) != (before.depth_map_side, before.refine_by_points) {
-            self.photographs.set_map_side(side);
-            self.maps = DepthMaps::new(&self.gpu, side, refined, settings.shares().depth_maps);
+        if !settings.keep_maps(&before) {
+            self.photographs.set_map_side(settings.depth_map_side);
+            self.maps = DepthMaps::new(&self.gpu, &settings);
             self.gains.forget();
         }
         if (settings.splat_route, settings.quads_from_px)
@@ -318,7 +312,8 @@ impl Renderer {
         );
         stages.ended("mesh")?;
 
-        let mut points = self.points.view_list(&frustum, eye, settings.frame_points);
+        let precedence = if settings.near_first { Precedence::View } else { Precedence::None };
+        let mut points = self.points.view_list(&frustum, eye, settings.frame_points, precedence);
         if mode == Mode::Mesh {
             points = DrawList::default();
         }

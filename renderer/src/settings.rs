@@ -26,6 +26,9 @@ pub struct Settings {
     pub depth_test: bool,
     /// Whether points refine depth maps. Without, those are of the mesh alone.
     pub refine_by_points: bool,
+    /// Whether points that were taken near the eye, or near a photograph, go before those of other
+    /// places; only of surveys whose points have times.
+    pub near_first: bool,
     /// How points are textured.
     pub texturing: Texturing,
     /// Whether the brightness of photographs is adjusted so that they agree where they overlap.
@@ -186,6 +189,12 @@ impl Settings {
         Shares::of(self.gpu_memory_bytes)
     }
 
+    /// Whether photographs' depth maps are those that `other` asks for.
+    pub(crate) fn keep_maps(&self, other: &Self) -> bool {
+        let of_maps = |s: &Self| (s.depth_map_side, s.refine_by_points, s.near_first);
+        of_maps(self) == of_maps(other)
+    }
+
     /// Whether what is resident has the radii, the normals and the room that `other` asks for.
     pub(crate) fn keep_points(&self, other: &Self) -> bool {
         let of_points =
@@ -269,6 +278,7 @@ impl Default for Settings {
             depth_map_side: 512,
             depth_test: true,
             refine_by_points: true,
+            near_first: true,
             texturing: Texturing::Deferred,
             exposure_gains: true,
             splat_scale: 0.75,

@@ -6,8 +6,8 @@ use std::mem::offset_of;
 use crate::settings::SplatNormals;
 use crate::splat::Route;
 use crate::{
-    Texturing, align, camera, depth_map, forward, gains, infer, lens, mesh, photographs, shade,
-    splat, surface, tiles,
+    Texturing, align, camera, depth_map, forward, gains, infer, lens, mesh, photographs, points,
+    shade, splat, surface, tiles,
 };
 
 pub(crate) fn sources() -> Vec<(&'static str, String)> {
@@ -112,10 +112,16 @@ fn mirrors_have_the_layout_of_their_shaders() {
         ]
     );
     assert_mirrors!(
+        splat::resolve_wgsl(SplatNormals::Eye),
+        "Drawn",
+        points::Drawn,
+        [block, placement, behind_m]
+    );
+    assert_mirrors!(
         splat::quads_wgsl(Route::Atomic32),
         "Large",
         splat::quads::gpu_data::Large,
-        [middle, slope, lift, low, high, depth, index, conic, padding]
+        [middle, slope, lift, low, high, depth, index, conic, behind_m]
     );
     assert_mirrors!(
         splat::resolve_wgsl(SplatNormals::Eye),

@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use flaneur_renderer::{RenderError, Settings, Surface};
-use flaneur_scene::{NodeKey, PointChunk, PointNodeId, SceneUpdate, View};
+use flaneur_scene::{NodeKey, PointChunk, PointNodeId, PointStations, SceneUpdate, View};
 use glam::{DMat3, DVec3, UVec2};
 
 const SIZE: UVec2 = UVec2::new(160, 120);
@@ -133,6 +133,7 @@ fn next_to_nothing_is_a_picture_too() {
         intensities: Vec::new(),
         classes: Vec::new(),
         normals: Vec::new(),
+        stations: PointStations::default(),
         spacing_m: 0.1,
     };
     empty.apply(points_update(chunk.clone())).expect("bad points are left out");
@@ -159,6 +160,7 @@ fn a_million_points_on_one_pixel_come_to_an_end() {
         intensities: Vec::new(),
         classes: Vec::new(),
         normals: Vec::new(),
+        stations: PointStations::default(),
         spacing_m: 0.01,
     };
     let mut renderer = renderer(Settings::default(), vec![points_update(chunk)]);

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds3, OctreeCube};
+use crate::{Bounds3, OctreeCube, Station};
 
 /// A scene at a glance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,4 +53,7 @@ pub struct PointSource {
     pub laszip_vlr: Vec<u8>,
     /// Payload of the extra-bytes VLR, empty where there is none.
     pub extra_bytes_vlr: Vec<u8>,
+    /// Where it was taken from, ascending in time; empty where its points have no times.
+    #[serde(default)]
+    pub stations: Vec<Station>,
 }

@@ -28,6 +28,7 @@ mod orientation;
 mod panorama;
 mod points;
 mod srgb;
+mod stations;
 mod update;
 mod view;
 
@@ -46,5 +47,6 @@ pub use orientation::{heading_pitch_roll, world_from_rig};
 pub use panorama::{Panorama, Projection, RigCamera};
 pub use points::{PointChunk, PointNodeId};
 pub use srgb::{linear_from_srgb, srgb_from_linear};
+pub use stations::{PointStations, Station};
 pub use update::{ImageUpdate, SceneUpdate};
 pub use view::{Ray, View, ViewProjection};

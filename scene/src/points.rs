@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::NodeKey;
+use crate::{NodeKey, PointStations};
 
 /// Identity of a node among all point sources of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -31,6 +31,8 @@ pub struct PointChunk {
     /// Unit normals of the surface, of either sign; zero where a point's neighbours are no
     /// surface. Empty where none were asked for.
     pub normals: Vec<[f32; 3]>,
+    /// Where they were taken from.
+    pub stations: PointStations,
     /// Typical distance between the points of this level, metres: sets the splat size.
     pub spacing_m: f32,
 }

@@ -31,47 +31,52 @@ pub(crate) enum Making {
 }
 
 /// Every method; after the whole renderer, that with one setting changed at a time.
-pub(crate) static METHODS: &[Method] =
-    &[
-        Method { name: "nearest", about: "The nearest source, unwarped", making: Making::Nearest },
-        Method {
-            name: "mesh",
-            about: "Rendered without points",
-            making: Making::Rendered { mesh: true, points: false, settings: |whole| whole },
-        },
-        Method {
-            name: "points",
-            about: "Rendered without buildings and terrain",
-            making: Making::Rendered { mesh: false, points: true, settings: |whole| whole },
-        },
-        Method {
-            name: "hybrid",
-            about: "The whole renderer",
-            making: Making::Rendered { mesh: true, points: true, settings: |whole| whole },
-        },
-        changed(
-            "hybrid-with-normals",
-            "Points lie on the planes of normals estimated from their neighbours",
-            |whole| Settings { splat_normals: SplatNormals::Estimated, ..whole },
-        ),
-        changed("hybrid-without-depth-test", "Photographs go through everything", |whole| {
-            Settings { depth_test: false, ..whole }
-        }),
-        changed("hybrid-without-refinement", "Depth maps are of the mesh alone", |whole| {
-            Settings { refine_by_points: false, ..whole }
-        }),
-        changed("hybrid-without-alignment", "Photographs stay a few pixels apart", |whole| {
-            Settings { align: false, ..whole }
-        }),
-        changed("hybrid-without-inference", "No depths are inferred", |whole| Settings {
-            infer: false,
-            ..whole
-        }),
-        changed("hybrid-without-gains", "Photographs keep their own exposure", |whole| Settings {
-            exposure_gains: false,
-            ..whole
-        }),
-    ];
+pub(crate) static METHODS: &[Method] = &[
+    Method { name: "nearest", about: "The nearest source, unwarped", making: Making::Nearest },
+    Method {
+        name: "mesh",
+        about: "Rendered without points",
+        making: Making::Rendered { mesh: true, points: false, settings: |whole| whole },
+    },
+    Method {
+        name: "points",
+        about: "Rendered without buildings and terrain",
+        making: Making::Rendered { mesh: false, points: true, settings: |whole| whole },
+    },
+    Method {
+        name: "hybrid",
+        about: "The whole renderer",
+        making: Making::Rendered { mesh: true, points: true, settings: |whole| whole },
+    },
+    changed(
+        "hybrid-with-normals",
+        "Points lie on the planes of normals estimated from their neighbours",
+        |whole| Settings { splat_normals: SplatNormals::Estimated, ..whole },
+    ),
+    changed("hybrid-without-depth-test", "Photographs go through everything", |whole| Settings {
+        depth_test: false,
+        ..whole
+    }),
+    changed("hybrid-without-refinement", "Depth maps are of the mesh alone", |whole| Settings {
+        refine_by_points: false,
+        ..whole
+    }),
+    changed("hybrid-without-near-first", "Points are alike, wherever they were taken", |whole| {
+        Settings { near_first: false, ..whole }
+    }),
+    changed("hybrid-without-alignment", "Photographs stay a few pixels apart", |whole| Settings {
+        align: false,
+        ..whole
+    }),
+    changed("hybrid-without-inference", "No depths are inferred", |whole| Settings {
+        infer: false,
+        ..whole
+    }),
+    changed("hybrid-without-gains", "Photographs keep their own exposure", |whole| Settings {
+        exposure_gains: false,
+        ..whole
+    }),
+];
 
 /// The whole renderer with one of its settings changed.
 const fn changed(

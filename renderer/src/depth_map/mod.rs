@@ -11,10 +11,10 @@ use flaneur_scene::{Bounds3, ImageId, PointNodeId};
 use crate::camera::gpu_data::Camera;
 use crate::mesh::{self, MeshPass, MeshStore};
 use crate::photographs::{Photograph, PhotographStore};
-use crate::points::PointStore;
+use crate::points::{PointStore, Precedence};
 use crate::shade::photograph::Standing;
 use crate::splat::{self, SplatPass};
-use crate::{Gpu, memory};
+use crate::{Gpu, Settings, memory};
 
 pub(crate) mod reference;
 #[cfg(test)]
@@ -22,6 +22,8 @@ mod tests;
 
 /// The depth test, to be put before the shader that uses it.
 pub(crate) const WGSL: &str = include_str!("depth_map.wgsl");
+/// What a map of points holds, to be put before the shaders that read one.
+pub(crate) const POINT_WGSL: &str = include_str!("point.wgsl");
 
 /// Most photographs with a depth map.
 pub(crate) const MAX_MAPS: usize = 128;
@@ -34,6 +36,7 @@ pub(crate) struct DepthMaps {
     side: u32,
     /// Whether points are drawn into them.
     refined: bool,
+    precedence: Precedence,
     max_maps: usize,
     slots: HashMap<ImageId, Slot>,
     textures: Textures,
@@ -73,14 +76,16 @@ pub(crate) struct Sources<'a> {
 }
 
 impl DepthMaps {
-    /// Maps of at most `most` bytes together, but at least one.
-    pub(crate) fn new(gpu: &Gpu, side: u32, refined: bool, most: u64) -> Self {
+    /// Maps of at most their share of the memory together, but at least one.
+    pub(crate) fn new(gpu: &Gpu, settings: &Settings) -> Self {
+        let (side, refined) = (settings.depth_map_side, settings.refine_by_points);
+        let precedence = if settings.near_first { Precedence::Map } else { Precedence::None };
         let limits = gpu.device.limits();
         let max_maps = MAX_MAPS
             .min(limits.max_texture_array_layers as usize)
-            .min(Self::most_maps(side, most).max(1));
+            .min(Self::most_maps(side, settings.shares().depth_maps).max(1));
         let textures = Textures::new(gpu, side, FIRST_MAPS.min(max_maps));
-        Self { side, refined, max_maps, slots: HashMap::new(), textures, frame: 0 }
+        Self { side, refined, precedence, max_maps, slots: HashMap::new(), textures, frame: 0 }
     }
 
     /// How many maps fit into so many bytes: two words a texel for the mesh and one for points,
@@ -197,7 +202,8 @@ impl DepthMaps {
                 let (frustum, centre) = (&photograph.frustum, photograph.camera.centre);
                 let max_radius_m = splat::MAX_MAP_RADIUS_M;
                 let wanted = |id: &PointNodeId| self.refined && (redraw || pending.contains(id));
-                let list = sources.points.map_list(frustum, centre, max_radius_m, wanted);
+                let list =
+                    sources.points.map_list(frustum, centre, max_radius_m, self.precedence, wanted);
                 let scratch = &self.textures.scratch;
                 let (whole, buffer) = self.textures.points_layer(slot.layer, self.side);
                 if redraw {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use wgpu::util::DeviceExt as _;
 
-use crate::depth_map::DepthMaps;
+use crate::depth_map::{DepthMaps, POINT_WGSL};
 use crate::photographs::atlas::Atlas;
 use crate::shade::photograph::gpu_data::Photograph;
 use crate::shade::photograph::{Drawn, Kind};
@@ -23,13 +23,22 @@ const KNOWN_WGSL: &str = include_str!("known.wgsl");
 
 /// The shader that finds places.
 pub(crate) fn spread_wgsl() -> String {
-    [lens::WGSL, PHOTOGRAPH_WGSL, AGREE_WGSL, KNOWN_WGSL, include_str!("spread.wgsl")].concat()
+    [lens::WGSL, PHOTOGRAPH_WGSL, AGREE_WGSL, POINT_WGSL, KNOWN_WGSL, include_str!("spread.wgsl")]
+        .concat()
 }
 
 /// The shader that looks their colours up.
 pub(crate) fn measure_wgsl() -> String {
-    [lens::WGSL, PHOTOGRAPH_WGSL, TEXEL_WGSL, AGREE_WGSL, KNOWN_WGSL, include_str!("measure.wgsl")]
-        .concat()
+    [
+        lens::WGSL,
+        PHOTOGRAPH_WGSL,
+        TEXEL_WGSL,
+        AGREE_WGSL,
+        POINT_WGSL,
+        KNOWN_WGSL,
+        include_str!("measure.wgsl"),
+    ]
+    .concat()
 }
 
 /// Workgroups of places that each photograph lends, by columns and rows, and for how many

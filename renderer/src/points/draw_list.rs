@@ -11,17 +11,29 @@ use std::ops::Range;
 use flaneur_scene::{Bounds3, PointNodeId};
 use glam::DVec3;
 
+use super::remote::{Precedence, Remoteness};
 use super::{BLOCK_POINTS, Chunk, PointStore};
 use crate::frustum::Frustum;
 
 /// Nearer than this a block does not appear any coarser, metres.
 const NEAREST_M: f64 = 0.5;
 
+/// A block to be drawn. Mirrors `Drawn` in splat/drawn.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct Drawn {
+    /// In its page.
+    pub(crate) block: u32,
+    /// In `placements`.
+    pub(crate) placement: u32,
+    /// Depths are pushed back by this, metres, where points are compared.
+    pub(crate) behind_m: f32,
+}
+
 /// Blocks to be drawn for one camera, grouped by page.
 #[derive(Debug, Default)]
 pub(crate) struct DrawList {
-    /// Block in its page, place in `placements`.
-    pub(crate) blocks: Vec<[u32; 2]>,
+    pub(crate) blocks: Vec<Drawn>,
     /// Chunk origins relative to the camera; then the radius of all points of the chunk in
     /// metres, 0 where each has its own.
     pub(crate) placements: Vec<[f32; 4]>,
@@ -34,12 +46,19 @@ pub(crate) struct DrawList {
 impl PointStore {
     /// What `frustum` may see, each point as large as what is resident around it allows; about
     /// `most` points where that is more.
-    pub(crate) fn view_list(&self, frustum: &Frustum, centre: DVec3, most: u64) -> DrawList {
-        let all = self.draw_list(frustum, centre, |_, _| Some(0.0));
+    pub(crate) fn view_list(
+        &self,
+        frustum: &Frustum,
+        centre: DVec3,
+        most: u64,
+        precedence: Precedence,
+    ) -> DrawList {
+        let remoteness = Remoteness::new(precedence, centre);
+        let all = self.draw_list(frustum, centre, remoteness, |_, _| Some(0.0));
         if all.points <= most {
             return all;
         }
-        self.thinned(frustum, centre, most)
+        self.thinned(frustum, centre, most, precedence)
     }
 
     /// What `frustum` may see of the chunks that `wanted` admits. Points have the size of
@@ -50,15 +69,24 @@ impl PointStore {
         frustum: &Frustum,
         centre: DVec3,
         max_radius_m: f32,
+        precedence: Precedence,
         wanted: impl Fn(&PointNodeId) -> bool,
     ) -> DrawList {
-        self.draw_list(frustum, centre, |id, chunk| {
+        let remoteness = Remoteness::new(precedence, centre);
+        self.draw_list(frustum, centre, remoteness, |id, chunk| {
             wanted(id).then_some(chunk.radius_m.min(max_radius_m))
         })
     }
 
     /// What `frustum` may see of the blocks whose points appear farthest apart.
-    fn thinned(&self, frustum: &Frustum, centre: DVec3, most: u64) -> DrawList {
+    fn thinned(
+        &self,
+        frustum: &Frustum,
+        centre: DVec3,
+        most: u64,
+        precedence: Precedence,
+    ) -> DrawList {
+        let mut remoteness = Remoteness::new(precedence, centre);
         let apart = |chunk: &Chunk, bounds: &Bounds3| {
             f64::from(chunk.spacing_m) / bounds.distance(centre).max(NEAREST_M)
         };
@@ -89,10 +117,11 @@ impl PointStore {
                 self.kin.below(*id).filter_map(|id| self.chunks.get(&id)).collect();
             // Most chunks have all of theirs drawn, or none.
             let mut placements: BTreeMap<u32, u32> = BTreeMap::new();
-            for (place, bounds, points) in chunk.blocks() {
+            for ((place, bounds, points), station) in chunk.blocks().zip(&chunk.stations) {
                 if !is_seen(chunk, bounds) || is_drawn.next() != Some(true) {
                     continue;
                 }
+                let Some(behind_m) = remoteness.behind(chunk, *station, bounds) else { continue };
                 let around = below.iter().filter(|other| other.bounds.intersects(bounds));
                 let (mut radius_m, mut complete) = (chunk.radius_m, true);
                 for other in around {
@@ -107,7 +136,7 @@ impl PointStore {
                 let placement = *placements
                     .entry(radius_m.to_bits())
                     .or_insert_with(|| list.place(chunk.origin - centre, radius_m));
-                list.add(place, placement, points);
+                list.add(place, placement, behind_m, points);
             }
         }
         list.build()
@@ -117,6 +146,7 @@ impl PointStore {
         &self,
         frustum: &Frustum,
         centre: DVec3,
+        mut remoteness: Remoteness,
         radius: impl Fn(&PointNodeId, &Chunk) -> Option<f32>,
     ) -> DrawList {
         let mut list = Builder::new(self.pages.len());
@@ -127,9 +157,12 @@ impl PointStore {
                 continue;
             }
             let placement = list.place(chunk.origin - centre, radius_m);
-            for (place, bounds, points) in chunk.blocks() {
-                if frustum.meets_box(bounds, margin_m) {
-                    list.add(place, placement, points);
+            for ((place, bounds, points), station) in chunk.blocks().zip(&chunk.stations) {
+                if !frustum.meets_box(bounds, margin_m) {
+                    continue;
+                }
+                if let Some(behind_m) = remoteness.behind(chunk, *station, bounds) {
+                    list.add(place, placement, behind_m, points);
                 }
             }
         }
@@ -156,7 +189,7 @@ impl Chunk {
 /// A list that is being made.
 struct Builder {
     list: DrawList,
-    by_page: Vec<Vec<[u32; 2]>>,
+    by_page: Vec<Vec<Drawn>>,
 }
 
 impl Builder {
@@ -171,8 +204,8 @@ impl Builder {
         self.list.placements.len() as u32 - 1
     }
 
-    fn add(&mut self, (page, block): (usize, u32), placement: u32, points: u64) {
-        self.by_page[page].push([block, placement]);
+    fn add(&mut self, (page, block): (usize, u32), placement: u32, behind_m: f32, points: u64) {
+        self.by_page[page].push(Drawn { block, placement, behind_m });
         self.list.points += points;
     }
 

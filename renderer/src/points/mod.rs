@@ -8,8 +8,9 @@
 //! records are kept on the host too, 16 bytes a point, to be able to undo that.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use flaneur_scene::{Bounds3, PointChunk, PointNodeId};
+use flaneur_scene::{Bounds3, PointChunk, PointNodeId, PointStations};
 use glam::DVec3;
 
 use crate::settings::SplatNormals;
@@ -20,11 +21,15 @@ mod evict;
 mod kin;
 mod pages;
 mod record;
+mod remote;
 
 pub(crate) use draw_list::DrawList;
+#[cfg(test)]
+pub(crate) use draw_list::Drawn;
 use kin::{Kin, ancestors};
 use pages::{Pages, Part};
 use record::{Drawable, Record, drawable, radius_code, set_radii};
+pub(crate) use remote::Precedence;
 
 /// Points of a block: one workgroup of the splat pass.
 pub(crate) const BLOCK_POINTS: usize = 256;
@@ -53,6 +58,10 @@ struct Chunk {
     records: Vec<Record>,
     /// Of each block of records, in the world.
     boxes: Vec<Bounds3>,
+    /// Of each block of records, whence its points were taken, in the world.
+    stations: Vec<Option<DVec3>>,
+    /// All places from which the chunk's source was taken.
+    places: Arc<[DVec3]>,
     /// Until they are on the device, which keeps them as they are.
     normals: Vec<u32>,
     parts: Vec<Part>,
@@ -103,7 +112,8 @@ impl PointStore {
         let id = chunk.id;
         let radius_m = (chunk.spacing_m * settings.splat_scale).min(settings.max_splat_radius_m);
         let code = radius_code(radius_m);
-        let Drawable { records, normals, boxes } = drawable(chunk, code, self.pages.with_normals());
+        let drawable = drawable(chunk, code, self.pages.with_normals());
+        let Drawable { records, normals, boxes, stations } = drawable;
         let blocks = boxes.len() as u64;
         let replaced = self.chunks.get(&id).map_or(0, |chunk| chunk.boxes.len() as u64);
         let most = settings.shares().points / self.pages.block_bytes();
@@ -126,7 +136,19 @@ impl PointStore {
         // A page holds 2²¹ points, so blocks that fit its share fit a u32.
         let parts = self.pages.take(gpu, blocks as u32, most);
         let (origin, spacing_m) = (chunk.origin, chunk.spacing_m);
-        let chunk = Chunk { origin, bounds, spacing_m, radius_m, records, boxes, normals, parts };
+        let places = Arc::clone(&chunk.stations.places);
+        let chunk = Chunk {
+            origin,
+            bounds,
+            spacing_m,
+            radius_m,
+            records,
+            boxes,
+            stations,
+            places,
+            normals,
+            parts,
+        };
         self.chunks.insert(id, chunk);
         self.kin.insert(id);
         self.stale.insert(id);
@@ -208,10 +230,21 @@ impl PointStore {
 
 fn check(chunk: &PointChunk) -> Result<(), RenderError> {
     let positions = chunk.positions.len();
-    for (column, length) in [("colours", chunk.colours.len()), ("normals", chunk.normals.len())] {
+    let columns = [
+        ("colours", chunk.colours.len()),
+        ("normals", chunk.normals.len()),
+        ("stations", chunk.stations.of_points.len()),
+    ];
+    for (column, length) in columns {
         if length != 0 && length != positions {
             return Err(RenderError::PointColumns { id: chunk.id, positions, column, length });
         }
+    }
+    let PointStations { places, of_points } = &chunk.stations;
+    let is_place =
+        |&index: &u16| index == PointStations::UNKNOWN || usize::from(index) < places.len();
+    if !(places.iter().all(|place| place.is_finite()) && of_points.iter().all(is_place)) {
+        return Err(RenderError::PointStations { id: chunk.id, places: places.len() });
     }
     if !(chunk.spacing_m > 0.0 && chunk.spacing_m.is_finite() && chunk.origin.is_finite()) {
         return Err(RenderError::PointSpacing { id: chunk.id, spacing_m: chunk.spacing_m });

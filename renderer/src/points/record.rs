@@ -31,6 +31,9 @@ pub(crate) struct Drawable {
     pub(crate) normals: Vec<u32>,
     /// The box of each block of points, in the world.
     pub(crate) boxes: Vec<Bounds3>,
+    /// The mean of the places that the points of each block were taken from; `None` where none
+    /// is known.
+    pub(crate) stations: Vec<Option<DVec3>>,
 }
 
 /// What can be drawn of a chunk, with the radius of `radius_code`.
@@ -39,6 +42,7 @@ pub(crate) fn drawable(chunk: &PointChunk, radius_code: u32, with_normals: bool)
     let mut records = Vec::with_capacity(count);
     let mut normals = Vec::with_capacity(if with_normals { count } else { 0 });
     let mut boxes = Vec::with_capacity(count.div_ceil(BLOCK_POINTS));
+    let mut stations: Vec<Mean> = Vec::with_capacity(count.div_ceil(BLOCK_POINTS));
     for (i, &position) in chunk.positions.iter().enumerate() {
         // Written so that NaN is refused.
         if !position.iter().all(|x| x.abs() <= MAX_OFFSET_M) {
@@ -46,9 +50,13 @@ pub(crate) fn drawable(chunk: &PointChunk, radius_code: u32, with_normals: bool)
         }
         if records.len() % BLOCK_POINTS == 0 {
             boxes.push(Bounds3::EMPTY);
+            stations.push(Mean::default());
         }
         if let Some(block) = boxes.last_mut() {
             block.include(chunk.origin + Vec3::from_array(position).as_dvec3());
+        }
+        if let (Some(mean), Some(station)) = (stations.last_mut(), chunk.stations.of_point(i)) {
+            mean.include(station);
         }
         // Surveys give black to points that their cameras did not see.
         let colour = chunk
@@ -63,7 +71,26 @@ pub(crate) fn drawable(chunk: &PointChunk, radius_code: u32, with_normals: bool)
             normals.push(plane_code(Vec3::from_array(normal)));
         }
     }
-    Drawable { records, normals, boxes }
+    let stations = stations.into_iter().map(Mean::get).collect();
+    Drawable { records, normals, boxes, stations }
+}
+
+/// The mean of some places.
+#[derive(Clone, Copy, Default)]
+struct Mean {
+    sum: DVec3,
+    count: u32,
+}
+
+impl Mean {
+    fn include(&mut self, place: DVec3) {
+        self.sum += place;
+        self.count += 1;
+    }
+
+    fn get(self) -> Option<DVec3> {
+        (self.count > 0).then(|| self.sum / f64::from(self.count))
+    }
 }
 
 /// Gives every point within the box `within` the radius of `own`, or of the smallest of
@@ -111,7 +138,7 @@ impl Local {
 
 #[cfg(test)]
 mod tests {
-    use flaneur_scene::{NodeKey, PointNodeId};
+    use flaneur_scene::{NodeKey, PointNodeId, PointStations};
 
     use super::*;
 
@@ -133,6 +160,7 @@ mod tests {
             intensities: Vec::new(),
             classes: vec![0; 2],
             normals: Vec::new(),
+            stations: PointStations::default(),
             spacing_m: 0.1,
         };
         let records = drawable(&chunk, 40, false).records;

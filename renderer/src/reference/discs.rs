@@ -8,15 +8,20 @@ use glam::{DVec3, Vec3};
 
 use super::Ray;
 use super::boxes::Boxes;
+use super::taken::Taken;
 use crate::camera::{NEAR_M, nearest_depth};
+use crate::points::BLOCK_POINTS;
 use crate::settings::SplatNormals;
 use crate::splat::reference::{
     self, depth_along, disc_normal, drawn_radius, drawn_radius_without_perspective,
 };
 use crate::{Settings, splat};
 
+/// No map knows of points beyond, so that ranks are so far apart, metres.
+const FARTHEST_M: f64 = 16_384.0;
+
 /// A point of the scene, whoever looks at it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Point {
     /// World frame.
     pub(super) position: DVec3,
@@ -28,6 +33,8 @@ pub(super) struct Point {
     radius_m: f64,
     /// On depth maps: that of its own node.
     map_radius_m: f64,
+    /// Whence it was taken, where that is known and wanted.
+    taken: Option<Arc<Taken>>,
 }
 
 impl Point {
@@ -55,6 +62,8 @@ struct Disc {
     toward: DVec3,
     /// Depths are pushed back by this, metres.
     push_m: f64,
+    /// So much more does another disc go first, metres.
+    behind_m: f64,
     /// Which point.
     index: usize,
 }
@@ -105,7 +114,10 @@ pub(super) fn points(
         let own_radius_m = own_radius(chunk);
         let below: Vec<&(PointNodeId, Bounds3, f64)> =
             extents.iter().filter(|(other, ..)| is_below(other, id)).collect();
-        for (i, position) in positions(chunk) {
+        let positions = positions(chunk);
+        let taken =
+            if settings.near_first { Taken::of_blocks(chunk, &positions) } else { Vec::new() };
+        for (number, (i, position)) in positions.into_iter().enumerate() {
             let around = below.iter().filter(|(_, bounds, _)| bounds.distance(position) == 0.0);
             let radius_m = around.map(|(.., radius)| *radius).fold(coded(own_radius_m), f64::min);
             let colour = chunk.colours.get(i).copied().filter(|colour| *colour != [0; 3]);
@@ -113,7 +125,8 @@ pub(super) fn points(
                 chunk.normals.get(i).map_or(DVec3::ZERO, |n| Vec3::from_array(*n).as_dvec3());
             let normal = if estimated { normal } else { DVec3::ZERO };
             let map_radius_m = own_radius_m.min(f64::from(splat::MAX_MAP_RADIUS_M));
-            points.push(Point { position, colour, normal, radius_m, map_radius_m });
+            let taken = taken.get(number / BLOCK_POINTS).cloned().flatten();
+            points.push(Point { position, colour, normal, radius_m, map_radius_m, taken });
         }
     }
     points
@@ -169,8 +182,15 @@ impl Discs {
                 (position.normalize_or_zero(), radius_m)
             };
             let push_m = f64::from(push) * radius_m;
+            let behind_m = match (target, &seen.taken) {
+                (_, None) => 0.0,
+                (Target::View(_), Some(taken)) => taken.behind_in_view_m(camera.centre),
+                (Target::Map, Some(taken)) => {
+                    FARTHEST_M * f64::from(taken.rank_in_map(camera.centre)?)
+                }
+            };
             let point = reference::Point { position, normal, radius_m };
-            (position.z >= near_m).then_some(Disc { point, toward, push_m, index })
+            (position.z >= near_m).then_some(Disc { point, toward, push_m, behind_m, index })
         };
         let discs: Vec<Disc> = points.iter().enumerate().filter_map(disc).collect();
         let around = |Disc { point, .. }: &Disc| Bounds3 {
@@ -181,12 +201,14 @@ impl Discs {
         Self { discs, boxes: Boxes::new(&bounds) }
     }
 
-    /// The nearest disc on a ray in the camera's frame: lowest depth, then lowest index.
+    /// The first disc on a ray in the camera's frame: lowest depth and what is behind others,
+    /// then lowest index.
     pub(super) fn first(&self, ray: &Ray) -> Option<Hit> {
         let found = self.boxes.first(ray, |item| {
-            let Disc { point, toward, push_m, .. } = &self.discs[item];
-            Some((depth_along(point, *toward, ray.origin, ray.direction)? + push_m, ()))
+            let Disc { point, toward, push_m, behind_m, .. } = &self.discs[item];
+            let depth_m = depth_along(point, *toward, ray.origin, ray.direction)? + push_m;
+            Some((depth_m + behind_m, depth_m))
         })?;
-        Some(Hit { depth_m: found.key, index: self.discs[found.item].index })
+        Some(Hit { depth_m: found.hit, index: self.discs[found.item].index })
     }
 }

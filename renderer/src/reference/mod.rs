@@ -49,6 +49,7 @@ mod photograph;
 mod pyramid;
 mod rigs;
 mod surfaces;
+mod taken;
 #[cfg(test)]
 mod tests;
 mod triangles;

@@ -1,5 +1,6 @@
 // What one photograph says about a place, wherever its projection comes from: weighted linear
-// colour, and the weight. Needs photograph.wgsl, texel.wgsl, place.wgsl, depth_map.wgsl and blend.wgsl.
+// colour, and the weight. Needs photograph.wgsl, texel.wgsl, place.wgsl, point.wgsl, depth_map.wgsl and
+// blend.wgsl.
 
 @group(0) @binding(3) var map_mesh: texture_2d_array<f32>;
 @group(0) @binding(4) var map_points: texture_2d_array<f32>;
@@ -54,7 +55,7 @@ fn visible_share(place: Place, n: vec3<f32>, seen: Projected) -> f32 {
         let relief = relief_depth(place.relief_m, n, ray);
         // Gathered counterclockwise from the lower left.
         let i = GATHERED[corner];
-        let occluders = Occluders(vec2(mesh[i], delta[i]), point[i]);
+        let occluders = Occluders(vec2(mesh[i], delta[i]), point_depth(point[i]));
         let weight = mix(1.0 - t, t, step);
         let visible = visibility(z, bias, place.kind == SHOWS_POINT, relief, occluders);
         share += weight.x * weight.y * visible;

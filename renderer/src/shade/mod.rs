@@ -57,6 +57,7 @@ pub(crate) fn colour_wgsl() -> String {
         TEXEL_WGSL,
         octahedral::WGSL,
         PLACE_WGSL,
+        depth_map::POINT_WGSL,
         depth_map::WGSL,
         BLEND_WGSL,
     ];

@@ -10,5 +10,6 @@ struct Large {
     depth: f32,
     index: u32,
     conic: vec3<f32>,
-    padding: u32,
+    // As of its block, see drawn.wgsl.
+    behind_m: f32,
 }

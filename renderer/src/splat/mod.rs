@@ -50,6 +50,8 @@ pub(crate) const MAP_PUSH_ON_PLANE: f32 = 0.25;
 
 /// The plane of a disc, to be put before the shaders that use it.
 pub(crate) const PLANE_WGSL: &str = include_str!("plane.wgsl");
+/// A block that is drawn.
+const DRAWN_WGSL: &str = include_str!("drawn.wgsl");
 /// The shader that empties buffers.
 pub(crate) const FILL_WGSL: &str = include_str!("fill.wgsl");
 
@@ -60,7 +62,7 @@ pub(crate) fn wgsl(route: Route, normals: SplatNormals) -> String {
         SplatNormals::Estimated => (octahedral::WGSL, include_str!("estimated.wgsl")),
     };
     let (postpone, splat) = (include_str!("postpone.wgsl"), include_str!("splat.wgsl"));
-    [&disc_wgsl(route), octahedral, normals, postpone, splat].concat()
+    [&disc_wgsl(route), octahedral, normals, DRAWN_WGSL, postpone, splat].concat()
 }
 
 /// The shader that draws large discs as quads.

@@ -5,7 +5,7 @@
 @group(0) @binding(8) var<storage, read_write> large: array<Large>;
 
 // Whether there was room.
-fn postponed(disc: Disc, extent: Extent, index: u32) -> bool {
+fn postponed(disc: Disc, extent: Extent, index: u32, behind_m: f32) -> bool {
     let capacity = arrayLength(&large);
     let slot = atomicAdd(&draw[1], 1u);
     if slot >= capacity {
@@ -22,7 +22,7 @@ fn postponed(disc: Disc, extent: Extent, index: u32) -> bool {
         disc.depth,
         index,
         disc.conic,
-        0u,
+        behind_m,
     );
     return true;
 }

@@ -30,7 +30,7 @@ pub(crate) mod gpu_data {
         pub(crate) depth: f32,
         pub(crate) index: u32,
         pub(crate) conic: [f32; 3],
-        pub(crate) padding: u32,
+        pub(crate) behind_m: f32,
     }
 }
 

@@ -9,7 +9,8 @@ struct Corner {
     @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) middle_slope: vec4<f32>,
     @location(1) @interpolate(flat) lift_depth: vec3<f32>,
-    @location(2) @interpolate(flat) conic: vec3<f32>,
+    // Conic, then metres that the disc is put behind.
+    @location(2) @interpolate(flat) conic_behind: vec4<f32>,
     @location(3) @interpolate(flat) index: u32,
 }
 
@@ -22,7 +23,7 @@ fn vs(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32
     corner.position = vec4(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y, 0.0, 1.0);
     corner.middle_slope = vec4(entry.middle, entry.slope);
     corner.lift_depth = vec3(entry.lift, entry.depth);
-    corner.conic = entry.conic;
+    corner.conic_behind = vec4(entry.conic, entry.behind_m);
     corner.index = entry.index;
     return corner;
 }
@@ -34,10 +35,10 @@ fn fs(corner: Corner) {
     disc.slope = corner.middle_slope.zw;
     disc.lift = corner.lift_depth.xy;
     disc.depth = corner.lift_depth.z;
-    disc.conic = corner.conic;
+    disc.conic = corner.conic_behind.xyz;
     let at = floor(corner.position.xy);
     let depth = depth_at(disc, at);
     if depth > 0.0 {
-        offer(u32(at.y) * job.stride + u32(at.x), depth, corner.index);
+        offer(u32(at.y) * job.stride + u32(at.x), depth + corner.conic_behind.w, corner.index);
     }
 }

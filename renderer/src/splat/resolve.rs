@@ -2,7 +2,7 @@
 
 use wgpu::util::DeviceExt as _;
 
-use super::{ViewTarget, entry};
+use super::{DRAWN_WGSL, ViewTarget, entry};
 use crate::Gpu;
 use crate::points::{DrawList, PointStore};
 use crate::settings::SplatNormals;
@@ -18,7 +18,7 @@ pub(crate) fn wgsl(normals: SplatNormals) -> String {
         SplatNormals::Eye => include_str!("winner_eye.wgsl"),
         SplatNormals::Estimated => include_str!("winner_estimated.wgsl"),
     };
-    [winner, include_str!("resolve.wgsl")].concat()
+    [winner, DRAWN_WGSL, include_str!("resolve.wgsl")].concat()
 }
 
 pub(crate) mod gpu_data {

@@ -1,6 +1,6 @@
 // Which point each pixel shows: its position and code, from the index that won. One pass a
-// page of points, each over what the others left. Needs winner_eye.wgsl or
-// winner_estimated.wgsl.
+// page of points, each over what the others left. Needs drawn.wgsl, and
+// winner_eye.wgsl or winner_estimated.wgsl.
 
 // Mirrors `gpu_data::Page` in splat/resolve.rs.
 struct Page {
@@ -15,7 +15,7 @@ struct Page {
 
 @group(0) @binding(0) var<uniform> page: Page;
 @group(0) @binding(1) var<storage, read> points: array<vec4<u32>>;
-@group(0) @binding(2) var<storage, read> blocks: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> blocks: array<Drawn>;
 @group(0) @binding(3) var<storage, read> placements: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> indices: array<u32>;
 
@@ -33,9 +33,9 @@ fn fs(@builtin(position) at: vec4<f32>) -> Winner {
     if entry < page.first_block || entry >= page.end_block {
         discard;
     }
-    let block = blocks[entry];
-    let place = block.x * 256u + index % 256u;
+    let drawn = blocks[entry];
+    let place = drawn.block * 256u + index % 256u;
     let point = points[place];
-    let position = placements[block.y].xyz + bitcast<vec3<f32>>(point.xyz);
+    let position = placements[drawn.placement].xyz + bitcast<vec3<f32>>(point.xyz);
     return winner(vec4(bitcast<vec3<u32>>(position), point.w), place);
 }

@@ -1,5 +1,5 @@
 // Points as discs. One thread a point. Needs camera.wgsl, plane.wgsl, disc.wgsl, large.wgsl,
-// postpone.wgsl, job.wgsl, one of nearest_32.wgsl and nearest_64.wgsl, and one of eye.wgsl and
+// postpone.wgsl, job.wgsl, drawn.wgsl, one of nearest_32.wgsl and nearest_64.wgsl, and one of eye.wgsl and
 // estimated.wgsl.
 
 const BLOCK_POINTS: u32 = 256u;
@@ -10,8 +10,7 @@ const STRIPS: u32 = 16u;
 // Position relative to the chunk's origin as three f32; then the code: colour in the low 24
 // bits, radius in bits 24 to 30 (0: no point), bit 31 set where there is a colour.
 @group(0) @binding(1) var<storage, read> points: array<vec4<u32>>;
-// Block number in this page, and its chunk's place in `placements`.
-@group(0) @binding(2) var<storage, read> blocks: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> blocks: array<Drawn>;
 // Chunk origin minus the camera's centre, taken in f64; then the radius of all its points in
 // metres, 0 where each has its own.
 @group(0) @binding(3) var<storage, read> placements: array<vec4<f32>>;
@@ -23,14 +22,14 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     if entry >= job.end_block {
         return;
     }
-    let block = blocks[entry];
-    let place = block.x * BLOCK_POINTS + lane;
+    let drawn = blocks[entry];
+    let place = drawn.block * BLOCK_POINTS + lane;
     let point = points[place];
     let code = (point.w >> 24u) & 0x7fu;
     if code == 0u {
         return;
     }
-    let placement = placements[block.y];
+    let placement = placements[drawn.placement];
     let camera = job.camera;
     let p = cam_from_world(camera, placement.xyz + bitcast<vec3<f32>>(point.xyz));
     if !(p.z >= camera.near) {
@@ -48,10 +47,10 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let columns = extent.high.x - extent.low.x + 1.0;
     let pixels = u32(columns * (extent.high.y - extent.low.y + 1.0));
     let index = entry * BLOCK_POINTS + lane;
-    if pixels > job.most_pixels && postponed(disc, extent, index) {
+    if pixels > job.most_pixels && postponed(disc, extent, index, drawn.behind_m) {
         return;
     }
-    let push = select(job.push_on_plane, job.push, all(n == vec3(0.0))) * radius;
+    let push = select(job.push_on_plane, job.push, all(n == vec3(0.0))) * radius + drawn.behind_m;
     // One loop: two would wait for the widest disc of a group of threads in every row.
     var at = extent.low;
     for (var i = 0u; i < pixels; i++) {

@@ -1,8 +1,8 @@
 //! The splat pass against a reference that tries every point at every pixel.
 
 use flaneur_scene::{
-    Intrinsics, Lens, NodeKey, PointChunk, PointNodeId, PosedCamera, View, ViewProjection,
-    world_from_rig,
+    Intrinsics, Lens, NodeKey, PointChunk, PointNodeId, PointStations, PosedCamera, View,
+    ViewProjection, world_from_rig,
 };
 use glam::{DMat3, DVec2, DVec3, UVec2, Vec3};
 
@@ -12,7 +12,7 @@ use crate::camera::{NEAR_M, gpu_data::Camera};
 use crate::frustum::Frustum;
 use crate::kernel_tests::gpu;
 use crate::pinhole::Pinhole;
-use crate::points::PointStore;
+use crate::points::{PointStore, Precedence};
 use crate::settings::{SplatNormals, SplatRoute};
 use crate::targets::Targets;
 use crate::tolerances::{DEPTH_M, DISC_BORDER};
@@ -49,6 +49,7 @@ fn chunk(camera: &PosedCamera, points: &[(DVec3, DVec3)], spacing_m: f32) -> Poi
         intensities: Vec::new(),
         classes: Vec::new(),
         normals: points.iter().map(|&(_, n)| (world_from_cam * n).as_vec3().to_array()).collect(),
+        stations: PointStations::default(),
         spacing_m,
     }
 }
@@ -84,7 +85,12 @@ fn drawn_in(
     let mut store = PointStore::new(normals);
     store.insert(gpu, &settings, chunk, glam::DVec3::ZERO).expect("good points");
     store.upload(gpu);
-    let list = store.view_list(&Frustum::of_view(view, &pinhole), camera.centre, u64::MAX);
+    let list = store.view_list(
+        &Frustum::of_view(view, &pinhole),
+        camera.centre,
+        u64::MAX,
+        Precedence::View,
+    );
     let pass = SplatPass::new(gpu, &settings);
     let route = pass.route(gpu, u64::from(SIZE.x * SIZE.y));
     let targets = Targets::new(gpu, SIZE, SIZE, route);

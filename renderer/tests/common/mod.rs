@@ -11,7 +11,8 @@ use std::sync::Arc;
 use flaneur_renderer::{Frame, Gpu, Renderer, Settings};
 use flaneur_scene::{
     ImageId, ImageUpdate, Lens, MeshTile, MeshVertex, NodeKey, PointChunk, PointNodeId,
-    PosedCamera, SceneUpdate, SurfaceClass, TileKey, TileLayer, View, srgb_from_linear,
+    PointStations, PosedCamera, SceneUpdate, SurfaceClass, TileKey, TileLayer, View,
+    srgb_from_linear,
 };
 use glam::{DVec2, DVec3, UVec2};
 
@@ -189,6 +190,7 @@ impl Street {
             intensities: Vec::new(),
             classes: Vec::new(),
             normals: Vec::new(),
+            stations: PointStations::default(),
             spacing_m: spacing_m as f32,
         }
     }

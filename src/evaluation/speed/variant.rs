@@ -39,6 +39,7 @@ fn most_exact(base: Settings) -> Settings {
         depth_map_side: LARGEST_MAP,
         depth_test: true,
         refine_by_points: true,
+        near_first: true,
         splat_normals: SplatNormals::Eye,
         splat_route: SplatRoute::Auto,
         quads_from_px: None,

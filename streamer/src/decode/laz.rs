@@ -35,7 +35,8 @@ impl<'a> Records<'a> {
                 .decompress_classification()
                 .decompress_flags()
                 .decompress_intensity()
-                .decompress_rgb(),
+                .decompress_rgb()
+                .decompress_gps_time(),
         );
         Ok(Self { decompressor, record: vec![0; usize::from(source.record_length)], left: count })
     }

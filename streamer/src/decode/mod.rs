@@ -10,6 +10,7 @@ mod order;
 mod picture;
 mod points;
 mod spacing;
+mod stations;
 
 use std::sync::Arc;
 
@@ -19,6 +20,7 @@ pub(crate) use cube::cube_face;
 pub(crate) use mask::{Mask, decode_mask};
 pub(crate) use picture::{Picture, decode_picture};
 pub(crate) use points::decode_points;
+pub(crate) use stations::Track;
 
 use crate::StreamError;
 

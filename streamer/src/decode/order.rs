@@ -8,19 +8,25 @@ const CELLS: f32 = 1024.0;
 /// The indices of `positions` so that points near each other in space come near each other:
 /// along a Z-order curve through their box, equal cells as they were. A renderer can then leave
 /// out runs of points that a view does not see, and draws runs of equally large ones.
-pub(super) fn along_a_curve(positions: &[[f32; 3]]) -> Vec<u32> {
+///
+/// Where there are `runs`, a number a point, those of the lowest number come first, each run along
+/// a curve of its own.
+pub(super) fn along_a_curve(positions: &[[f32; 3]], runs: &[u16]) -> Vec<u32> {
     let (min, max) = positions
         .iter()
         .map(|&p| Vec3::from_array(p))
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)));
     let scale = CELLS / (max - min).max_element().max(f32::MIN_POSITIVE);
-    let mut keyed: Vec<(u32, u32)> = positions
+    let mut keyed: Vec<(u16, u32, u32)> = positions
         .iter()
         .zip(0..)
-        .map(|(&p, index)| (code(((Vec3::from_array(p) - min) * scale).as_uvec3()), index))
+        .map(|(&p, index)| {
+            let run = runs.get(index as usize).copied().unwrap_or_default();
+            (run, code(((Vec3::from_array(p) - min) * scale).as_uvec3()), index)
+        })
         .collect();
     keyed.sort_unstable();
-    keyed.into_iter().map(|(_, index)| index).collect()
+    keyed.into_iter().map(|(_, _, index)| index).collect()
 }
 
 /// `values` in the order of `indices`; those that are out of range are left out.
@@ -66,7 +72,7 @@ mod tests {
                 [(i % 100) as f32, (i / 100) as f32, 0.0]
             })
             .collect();
-        let order = along_a_curve(&positions);
+        let order = along_a_curve(&positions, &[]);
         let ordered = reordered(&positions, &order);
         let mut sorted = order.clone();
         sorted.sort_unstable();
@@ -84,7 +90,8 @@ mod tests {
 
     #[test]
     fn few_or_equal_points_keep_their_order() {
-        assert!(along_a_curve(&[]).is_empty());
-        assert_eq!(along_a_curve(&[[3.0; 3]; 4]), [0, 1, 2, 3]);
+        assert!(along_a_curve(&[], &[]).is_empty());
+        assert_eq!(along_a_curve(&[[3.0; 3]; 4], &[]), [0, 1, 2, 3]);
+        assert_eq!(along_a_curve(&[[3.0; 3]; 4], &[1, 0, 1, 0]), [1, 3, 0, 2]);
     }
 }

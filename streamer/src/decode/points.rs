@@ -9,12 +9,14 @@ use super::laz::Records;
 use super::normals::normals;
 use super::order::{along_a_curve, reordered};
 use super::spacing::typical_spacing_m;
+use super::stations::{Track, runs};
 use crate::StreamError;
 
 /// Offsets in the point data record formats 6 to 8.
 const FLAGS: usize = 15;
 const CLASS: usize = 16;
 const INTENSITY: usize = 12;
+const GPS_TIME: usize = 22;
 const COLOUR: usize = 30;
 /// Bit of [`FLAGS`] that marks a point as deleted.
 const WITHHELD: u8 = 0b100;
@@ -23,7 +25,8 @@ const WITHHELD: u8 = 0b100;
 ///
 /// Positions are relative to the centre of the node's cell, whose size bounds them: at f32
 /// they are exact to 2⁻²⁴ of it. Points that the survey marks as withheld are left out;
-/// the others come along a curve through space.
+/// the others come along a curve through space, one curve for each stretch of `track`, the
+/// source's, that they were taken from.
 /// A chunk whose sizes contradict each other, or with a point outside its node's cell by more
 /// than the cell's size, is damaged. Normals are estimated where they are asked for.
 pub(crate) fn decode_points(
@@ -31,6 +34,7 @@ pub(crate) fn decode_points(
     id: PointNodeId,
     node: &Node,
     chunk: &[u8],
+    track: &Track,
     with_normals: bool,
 ) -> Result<PointChunk, StreamError> {
     let what = || format!("node {:?} of point source {:?}", node.key, source.name);
@@ -56,6 +60,7 @@ pub(crate) fn decode_points(
     let mut positions = Vec::with_capacity(capacity);
     let mut intensities = Vec::with_capacity(capacity);
     let mut classes = Vec::with_capacity(capacity);
+    let mut times_s = Vec::with_capacity(capacity);
     let mut colours = Vec::with_capacity(if has_colour { capacity } else { 0 });
     while let Some(record) = records.next() {
         let record = record.map_err(|p| damaged(what(), p))?;
@@ -71,6 +76,7 @@ pub(crate) fn decode_points(
         positions.push(position.as_vec3().to_array());
         intensities.push(u16_at(record, INTENSITY));
         classes.push(record[CLASS]);
+        times_s.push(f64_at(record, GPS_TIME));
         if has_colour {
             colours.push([0, 2, 4].map(|channel| u16_at(record, COLOUR + channel)));
         }
@@ -78,7 +84,9 @@ pub(crate) fn decode_points(
     if intensities.iter().all(|&intensity| intensity == 0) {
         intensities = Vec::new();
     }
-    let order = along_a_curve(&positions);
+    let mut stations = track.stations_of(&times_s);
+    let order = along_a_curve(&positions, &runs(&stations.of_points));
+    stations.of_points = reordered(&stations.of_points, &order);
     let positions = reordered(&positions, &order);
     let least_m = source.cube.level_spacing_m(node.key.level) as f32;
     let spacing_m = typical_spacing_m(&positions, least_m);
@@ -91,12 +99,17 @@ pub(crate) fn decode_points(
         intensities: reordered(&intensities, &order),
         classes: reordered(&classes, &order),
         normals,
+        stations,
         spacing_m,
     })
 }
 
 fn i32_at(record: &[u8], at: usize) -> i32 {
     i32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]])
+}
+
+fn f64_at(record: &[u8], at: usize) -> f64 {
+    f64::from_le_bytes(std::array::from_fn(|byte| record[at + byte]))
 }
 
 fn u16_at(record: &[u8], at: usize) -> u16 {

@@ -5,7 +5,7 @@ mod mesh;
 mod points;
 
 use std::collections::{BTreeSet, HashMap, HashSet};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use flaneur_scene::{SceneInfo, SceneUpdate, TileKey};
 use futures::{Stream, TryStreamExt};
@@ -14,7 +14,7 @@ use tokio::sync::mpsc;
 pub(crate) use images::photograph;
 
 use crate::choose::{Hierarchy, WantedNode};
-use crate::decode::{Decoders, Mask};
+use crate::decode::{Decoders, Mask, Track};
 use crate::resident::Resident;
 use crate::{Client, Event, Progress, StreamError, ViewRequest};
 
@@ -30,6 +30,8 @@ pub(crate) struct Known {
     masks: Mutex<HashMap<String, Arc<Mask>>>,
     /// Footprint tiles without buildings.
     empty_tiles: Mutex<HashSet<TileKey>>,
+    /// Where each point source was taken from.
+    tracks: OnceLock<Vec<Arc<Track>>>,
     /// Where payloads are decoded.
     decoders: Decoders,
 }

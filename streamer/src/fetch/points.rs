@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use flaneur_scene::SceneUpdate;
+use flaneur_scene::{PointSource, SceneUpdate};
 use futures::{Stream, StreamExt, future, stream};
 
 use super::{BATCHES, Fetch};
 use crate::StreamError;
 use crate::choose::{WantedNode, choose_nodes};
-use crate::decode::decode_points;
+use crate::decode::{Track, decode_points};
 
 /// A batch is closed once it holds so many bytes…
 const BATCH_BYTES: u64 = 1 << 20;
@@ -50,18 +50,23 @@ impl Fetch {
         let source_index = usize::from(first.id.source);
         let source = &self.scene.point_sources[source_index];
         let normals = self.request.normals;
+        let tracks = self.known.tracks.get_or_init(|| {
+            let through = |source: &PointSource| Arc::new(Track::through(&source.stations));
+            self.scene.point_sources.iter().map(through).collect()
+        });
+        let track = &tracks[source_index];
         let limit = nodes.iter().map(|wanted| u64::from(wanted.node.byte_size)).max().unwrap_or(0);
         let keys = nodes.iter().map(|wanted| wanted.id.key).collect();
         let mut chunks = self.client.chunks(&source.name, keys, limit).await?;
         let mut decoded = Vec::new();
         for wanted in nodes {
             let Some(chunk) = chunks.next().await? else { break };
-            let scene = Arc::clone(&self.scene);
+            let (scene, track) = (Arc::clone(&self.scene), Arc::clone(track));
             let what = format!("node {:?} of point source {:?}", wanted.id.key, source.name);
             decoded.push(async move {
                 let decode = move || {
                     let source = &scene.point_sources[source_index];
-                    decode_points(source, wanted.id, &wanted.node, &chunk.bytes, normals)
+                    decode_points(source, wanted.id, &wanted.node, &chunk.bytes, &track, normals)
                 };
                 let chunk = self.known.decoders.run(&what, decode).await?;
                 Ok(SceneUpdate::Points(Arc::new(chunk)))

@@ -182,6 +182,7 @@ async fn put_points(folder: &SceneFolder, work: &TempDir, manifest: &mut Manifes
             offset: DVec3::ZERO,
             laszip_vlr: vec![3],
             extra_bytes_vlr: vec![],
+            stations: vec![],
         });
     }
 }

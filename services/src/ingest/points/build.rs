@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use flaneur_scene::NodeKey;
+use flaneur_scene::{NodeKey, OctreeCube};
 use rayon::prelude::*;
 
 use super::convert::Conversion;
@@ -14,19 +14,17 @@ use super::las_header::FARTHEST_COORDINATE_M;
 use super::morton::{Grid, code};
 use super::ordered::{for_each_ordered, window_within};
 use super::scan::raw_position;
+use super::stations::SharedMoments;
 use super::summary::{NO_POINTS, finished, include, merge};
 use super::tree::{Key, NodePoints, build_tree, occupied_cells, suitable_grid_bits};
 use crate::ingest::{BadInput, IngestError, Job, Stage, Unit};
 use crate::layers::copc::{CopcSummary, CopcWriter, compress_node};
 
 /// Builds the group's COPC at `path`.
-pub(super) fn build_in_memory(
-    job: &Job,
-    group: &Group,
-    path: &Path,
-) -> Result<(CopcSummary, Grid), IngestError> {
+pub(super) fn build_in_memory(job: &Job, group: &Group, path: &Path) -> Result<Built, IngestError> {
     let length = group.layout.record_length();
-    let (records, summary) = read_all(job, group)?;
+    let moments = SharedMoments::default();
+    let (records, summary) = read_all(job, group, &moments)?;
     let mut grid = Grid::around(summary.min, summary.max, group.layout.scale, group.layout.offset);
 
     let stage = job.stage("sort points", summary.point_count, Unit::Points);
@@ -54,7 +52,14 @@ pub(super) fn build_in_memory(
         &*stage,
     )?;
     writer.finish(&summary).map_err(|source| write_error(path, source))?;
-    Ok((summary, grid))
+    Ok(Built { summary, cube: grid.cube, moments })
+}
+
+/// What is known of a COPC that was built.
+pub(super) struct Built {
+    pub(super) summary: CopcSummary,
+    pub(super) cube: OctreeCube,
+    pub(super) moments: SharedMoments,
 }
 
 /// Records one behind the other, each `length` bytes.
@@ -124,7 +129,11 @@ pub(super) fn rekey(keys: &mut [Key], records: &[u8], length: usize, grid: &Grid
 }
 
 /// All records of a group in the order of its files.
-fn read_all(job: &Job, group: &Group) -> Result<(Vec<u8>, CopcSummary), IngestError> {
+fn read_all(
+    job: &Job,
+    group: &Group,
+    moments: &SharedMoments,
+) -> Result<(Vec<u8>, CopcSummary), IngestError> {
     let length = group.layout.record_length();
     let stage = job.stage("read points", group.point_count(), Unit::Points);
     let mut records = vec![0; group.point_count() as usize * length];
@@ -152,7 +161,7 @@ fn read_all(job: &Job, group: &Group) -> Result<(Vec<u8>, CopcSummary), IngestEr
                 }
                 Ok(())
             })?;
-            let summary = summary_of(file, chunk, target, length)?;
+            let summary = summary_of(file, chunk, target, length, moments)?;
             stage.advance(chunk.points);
             Ok((number, summary))
         })
@@ -167,6 +176,7 @@ pub(super) fn summary_of(
     chunk: &Chunk,
     records: &[u8],
     length: usize,
+    moments: &SharedMoments,
 ) -> Result<CopcSummary, IngestError> {
     let mut summary = NO_POINTS;
     for record in records.chunks_exact(length) {
@@ -176,6 +186,7 @@ pub(super) fn summary_of(
         (raw.as_dvec3() * file.header.scale + file.header.offset).abs().max_element()
     };
     if farthest(summary.min).max(farthest(summary.max)) <= FARTHEST_COORDINATE_M {
+        moments.include(records, length);
         return Ok(summary);
     }
     let positions = records.chunks_exact(length).map(raw_position).zip(chunk.first_point..);

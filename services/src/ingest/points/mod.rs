@@ -19,6 +19,7 @@ mod plan;
 mod scan;
 mod spill;
 mod spool;
+mod stations;
 mod summary;
 mod tree;
 
@@ -34,13 +35,11 @@ use serde::{Deserialize, Serialize};
 
 pub use scan::{ScannedPoints, scan};
 
-use self::build::{build_in_memory, part_path, write_error};
+use self::build::{Built, build_in_memory, part_path, write_error};
 use self::file::PointFile;
 use self::group::{Group, Layout, WAVEFORM_RECORD, group_files};
-use self::morton::Grid;
 use self::spill::{build_on_disk, fits_in_memory};
 use super::{BadInput, IngestError, Job};
-use crate::layers::copc::CopcSummary;
 
 /// Files that a survey names together.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -79,6 +78,7 @@ pub fn ingest_points(job: &Job, inputs: &[PointsInput]) -> Result<Vec<StagedPoin
             staged.extend(ingest_group(job, group)?);
         }
     }
+    stations::bound_all(staged.iter_mut().map(|staged| &mut staged.source.stations));
     Ok(staged)
 }
 
@@ -122,7 +122,7 @@ fn ingest_group(job: &Job, mut group: Group) -> Result<Option<StagedPoints>, Ing
     fs::create_dir_all(&job.work).map_err(|source| write_error(&job.work, source))?;
     let path = job.work.join(format!("{}.copc.laz", group.name));
     let part = part_path(&path);
-    let (summary, grid) = loop {
+    let built = loop {
         let built = if fits_in_memory(job, &group) {
             build_in_memory(job, &group, &part)
         } else {
@@ -148,15 +148,12 @@ fn ingest_group(job: &Job, mut group: Group) -> Result<Option<StagedPoints>, Ing
         }
     };
     fs::rename(&part, &path).map_err(|source| write_error(&path, source))?;
-    Ok(Some(StagedPoints { source: point_source(&group, &summary, &grid)?, file: path }))
+    Ok(Some(StagedPoints { source: point_source(&group, built)?, file: path }))
 }
 
-fn point_source(
-    group: &Group,
-    summary: &CopcSummary,
-    grid: &Grid,
-) -> Result<PointSource, IngestError> {
-    let header = group.copc_header(grid.cube);
+fn point_source(group: &Group, built: Built) -> Result<PointSource, IngestError> {
+    let Built { summary, cube, moments } = built;
+    let header = group.copc_header(cube);
     let world = |raw: glam::IVec3| raw.as_dvec3() * header.scale + header.offset;
     let mut laszip_vlr = Vec::new();
     header
@@ -167,12 +164,13 @@ fn point_source(
         name: group.name.clone(),
         point_count: summary.point_count,
         bounds: Bounds3 { min: world(summary.min), max: world(summary.max) },
-        cube: grid.cube,
+        cube,
         point_format: header.point_format,
         record_length: header.record_length(),
         scale: header.scale,
         offset: header.offset,
         laszip_vlr,
         extra_bytes_vlr: group.layout.extra_bytes_vlr.clone(),
+        stations: moments.stations(header.scale, header.offset),
     })
 }

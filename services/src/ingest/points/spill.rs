@@ -21,7 +21,9 @@ use flaneur_scene::NodeKey;
 use glam::IVec3;
 use rayon::prelude::*;
 
-use super::build::{Records, keys_of, merge_by_file, rekey, summary_of, write_error, write_nodes};
+use super::build::{
+    Built, Records, keys_of, merge_by_file, rekey, summary_of, write_error, write_nodes,
+};
 use super::convert::Conversion;
 use super::decode::{Attributes, decode_chunk};
 use super::file::{Chunk, PointFile};
@@ -31,6 +33,7 @@ use super::ordered::{for_each_ordered, window_within};
 use super::plan::{CountGrid, Plan};
 use super::scan::{MOST_CHUNK_POINTS, raw_position};
 use super::spool::{Regions, Samples};
+use super::stations::SharedMoments;
 use super::summary::finished;
 use super::tree::{
     Key, LEAF_POINTS, LEAST_CHILD, build_tree, code_base, sample_to_end, suitable_grid_bits,
@@ -51,11 +54,7 @@ pub(super) fn fits_in_memory(job: &Job, group: &Group) -> bool {
 
 /// Builds the group's COPC at `path`, in the memory that the job allows: no less than what
 /// four leaves take, some 20 MB, and what the threads read and write, some 10 MB each.
-pub(super) fn build_on_disk(
-    job: &Job,
-    group: &Group,
-    path: &Path,
-) -> Result<(CopcSummary, Grid), IngestError> {
+pub(super) fn build_on_disk(job: &Job, group: &Group, path: &Path) -> Result<Built, IngestError> {
     let length = group.layout.record_length();
     let (counts, mut grid) = count(job, group)?;
     let grid_bits = suitable_grid_bits(|bits| counts.occupied(bits));
@@ -65,7 +64,8 @@ pub(super) fn build_on_disk(
     let capacity = capacity.clamp(4 * LEAF_POINTS as u64, u64::from(u32::MAX));
     let deepest = CELL_LEVELS - grid_bits;
     let plan = counts.plan(capacity, deepest);
-    let (mut regions, summary) = distribute(job, group, &grid, &plan, path)?;
+    let moments = SharedMoments::default();
+    let (mut regions, summary) = distribute(job, group, &grid, &plan, path, &moments)?;
 
     let summary = finished(summary);
     let stage = job.stage("write points", summary.point_count, Unit::Points);
@@ -87,7 +87,7 @@ pub(super) fn build_on_disk(
     builder.add_buckets(&mut regions, &plan)?;
     builder.add_samples()?;
     builder.writer.finish(&summary).map_err(|source| write_error(path, source))?;
-    Ok((summary, grid))
+    Ok(Built { summary, cube: grid.cube, moments })
 }
 
 /// Counts the group's points around the root.
@@ -156,6 +156,7 @@ fn distribute(
     grid: &Grid,
     plan: &Plan,
     path: &Path,
+    moments: &SharedMoments,
 ) -> Result<(Regions, CopcSummary), IngestError> {
     let length = group.layout.record_length();
     let folder = path.parent().unwrap_or(path);
@@ -175,7 +176,7 @@ fn distribute(
         };
         if most > MOST_CHUNK_POINTS {
             distribute_in_sequence(job, file, |chunk, records| {
-                let summary = summary_of(file, chunk, records, length)?;
+                let summary = summary_of(file, chunk, records, length, moments)?;
                 append((summary, shares(records, length, grid, plan)))
             })?;
             continue;
@@ -190,7 +191,7 @@ fn distribute(
                 convert_batch(file, batch, length, &mut records);
                 Ok(())
             })?;
-            let summary = summary_of(file, chunk, &records, length)?;
+            let summary = summary_of(file, chunk, &records, length, moments)?;
             Ok((summary, shares(&records, length, grid, plan)))
         };
         for_each_ordered(file.chunks.len(), window, produce, append)?;

@@ -28,6 +28,7 @@ fn source() -> PointSource {
         offset: DVec3::new(651_000.0, 6_861_000.0, 0.0),
         laszip_vlr,
         extra_bytes_vlr: Vec::new(),
+        stations: Vec::new(),
     }
 }
 
@@ -74,7 +75,8 @@ fn three() -> Vec<Vec<u8>> {
 fn points_come_back() {
     let source = source();
     let chunk = compress(&source, &three());
-    let points = decode_points(&source, ID, &node(3, &chunk), &chunk, true).expect("sound");
+    let points = decode_points(&source, ID, &node(3, &chunk), &chunk, &Track::through(&[]), true)
+        .expect("sound");
     assert_eq!(points.id, ID);
     assert_eq!(points.classes, [2, 6]);
     assert_eq!(points.intensities, [10, 30]);
@@ -98,6 +100,7 @@ fn contradictions_are_damage() {
         ID,
         &node(points, chunk),
         chunk,
+        &Track::through(&[]),
         false,
     )
     .expect_err("damaged")
@@ -136,7 +139,7 @@ proptest! {
         let index = at % chunk.len();
         chunk[index] = to;
         let node = node(3, &chunk);
-        let outcome = std::panic::catch_unwind(|| decode_points(&source, ID, &node, &chunk, true));
+        let outcome = std::panic::catch_unwind(|| decode_points(&source, ID, &node, &chunk, &Track::through(&[]), true));
         if let Ok(Ok(points)) = outcome {
             prop_assert!(points.positions.len() <= 3);
             prop_assert!(points.positions.iter().flatten().all(|v| v.is_finite()));
