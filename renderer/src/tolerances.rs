@@ -210,3 +210,25 @@ pub const FILLED_RELATIVE: f64 = 1e-6;
 /// colours are at most a 255th from the reference's: photographs agree on doubtful depths as well, or
 /// they would not be in doubt.
 pub const INFERRED_ALIKE_SHARE: f64 = 0.95;
+
+/// Visibility against f64: of what is undecided a ten-thousandth is left, and f32 keeps 24 bits of it.
+pub const VISIBILITY: f64 = 1e-8;
+
+/// Depth in a photograph that a homography gives, relative, where pixels are good to
+/// [`HOMOGRAPHY_PX`]: the same terms, over focal lengths of some hundred pixels.
+pub const HOMOGRAPHY_DEPTH_RELATIVE: f64 = 1e-4;
+
+/// A byte as a share of one, in 255ths, against f64: f32 rounds it.
+pub const BYTE_255: f64 = 1e-4;
+
+/// Share of the pixels that may be off by more than [`RESAMPLED_255`] where a pole is points: they stand
+/// for its surface within the radius of a disc, and so does its shadow.
+pub const POLE_WRONG_SHARE: f64 = 4e-3;
+
+/// The same in an elevation, which shows on the wall behind a pole of points both borders of the shadows
+/// that the pole has in each photograph: a texel of theirs is mixed of pole and wall along each.
+pub const ELEVATION_WRONG_SHARE: f64 = 0.02;
+
+/// Steepest change of brightness, as a share, from a pixel to the next at the edge of a feathered mask:
+/// photographs are blended over ten pixels and more.
+pub const FEATHERED_STEP: f64 = 0.05;

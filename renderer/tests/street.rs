@@ -8,7 +8,10 @@ use flaneur_scene::{
     Distortion, Intrinsics, Lens, PosedCamera, SceneUpdate, View, srgb_from_linear,
 };
 use glam::{DVec2, DVec3, UVec2};
-use tolerances::{FAR_AWAY_255, OWN_PHOTOGRAPH_MEAN_255};
+use tolerances::{
+    ELEVATION_WRONG_SHARE, FAR_AWAY_255, OWN_PHOTOGRAPH_MEAN_255, POLE_WRONG_SHARE, RESAMPLED_255,
+    RESAMPLED_MEAN_255,
+};
 
 const SIZE: UVec2 = UVec2::new(320, 240);
 const PHOTO: UVec2 = UVec2::new(640, 480);
@@ -75,7 +78,10 @@ fn a_pole_of_points_hides_the_wall_and_is_not_smeared_on_it() {
     keep(&with, "pole");
     // Points of the pole stand for its surface within the radius of a disc.
     let likeness = street.likeness(&with, &view.camera, 4);
-    assert!(likeness.wrong < 0.004 && likeness.mean < 1.0, "{likeness:?}");
+    assert!(
+        likeness.wrong < POLE_WRONG_SHARE && likeness.mean < RESAMPLED_MEAN_255,
+        "{likeness:?}"
+    );
     let smeared = street.likeness(&without, &view.camera, 4);
     assert!(smeared.wrong > 0.03, "the test sees smearing: {smeared:?}");
     let truth = street.picture(&view.camera);
@@ -116,7 +122,10 @@ fn without_the_depth_test_or_its_refinement_the_pole_is_smeared() {
     assert_eq!(render(Settings { refine_by_points: false, ..settings }), coarse);
     assert_eq!(render(settings), whole);
     println!("wrong pixels: {whole:.4}, without refinement {coarse:.4}, without test {blind:.4}");
-    assert!(whole < 0.004 && coarse > 0.01 && blind >= coarse, "{whole} {coarse} {blind}");
+    assert!(
+        whole < POLE_WRONG_SHARE && coarse > 0.01 && blind >= coarse,
+        "{whole} {coarse} {blind}"
+    );
 }
 
 /// The mesh puts the wall 0.3 m behind or before its true place, and knows that it may be off
@@ -330,11 +339,11 @@ fn an_orthographic_view_shows_the_street_to_scale() {
         let difference = difference(&frame.rgba, i, truth);
         compared += 1;
         off += difference;
-        wrong += u32::from(difference > tolerances::RESAMPLED_255);
+        wrong += u32::from(difference > RESAMPLED_255);
     }
     let wrong = f64::from(wrong) / f64::from(compared);
-    assert!(compared > 60_000 && wrong < 0.02, "{compared} {wrong}");
-    assert!(off / f64::from(compared) < tolerances::RESAMPLED_MEAN_255, "{off}");
+    assert!(compared > 60_000 && wrong < ELEVATION_WRONG_SHARE, "{compared} {wrong}");
+    assert!(off / f64::from(compared) < RESAMPLED_MEAN_255, "{off}");
 }
 
 /// Every mode draws, and none but the photographs' own changes which pixels have geometry.

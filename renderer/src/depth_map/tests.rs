@@ -6,7 +6,7 @@ use super::reference::{
     Occluders, Place, depth_bias, depth_on_texel_ray, relief_depth, visibility,
 };
 use crate::kernel_tests::run;
-use crate::tolerances::{DEPTH_M, DEPTH_TEST_RELATIVE};
+use crate::tolerances::{DEPTH_M, DEPTH_TEST_RELATIVE, VISIBILITY};
 
 const KERNEL: &str = "
 struct Query {
@@ -105,7 +105,10 @@ fn device_and_reference_agree() {
         let visible = |share: f64| visibility(z * (1.0 + share), bias, place, relief, occluders);
         let (nearer, farther) = (visible(-DEPTH_TEST_RELATIVE), visible(DEPTH_TEST_RELATIVE));
         let found = f64::from(answer[1]);
-        assert!(farther - 1e-8 <= found && found <= nearer + 1e-8, "{answer:?} {query:?}");
+        assert!(
+            farther - VISIBILITY <= found && found <= nearer + VISIBILITY,
+            "{answer:?} {query:?}"
+        );
         seen += u32::from(found == 1.0);
         undecided += u32::from(found > 0.0 && found < 1.0);
         hidden += u32::from(found == 0.0);

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3, UVec2};
 use super::reference::{Found, Pinhole, by_homography, by_projection, homography};
 use crate::camera::gpu_data::Camera;
 use crate::kernel_tests::run;
-use crate::tolerances::{HOMOGRAPHY_F64, HOMOGRAPHY_PX, SINGULAR};
+use crate::tolerances::{HOMOGRAPHY_DEPTH_RELATIVE, HOMOGRAPHY_F64, HOMOGRAPHY_PX, SINGULAR};
 use crate::{camera, pinhole};
 
 const KERNEL: &str = "
@@ -235,7 +235,10 @@ fn compare(name: &str, cases: &[Case], allowed: impl Fn(&Case) -> f64) -> usize 
         );
         let depth = found[0].map_or(0.0, |found| found.place.z);
         let depth_error = (depth / truth.place.z - 1.0).abs();
-        assert!(depth_error < 1e-4 * allowed / HOMOGRAPHY_PX, "{name}: depth {depth} of {truth:?}");
+        assert!(
+            depth_error < HOMOGRAPHY_DEPTH_RELATIVE * allowed / HOMOGRAPHY_PX,
+            "{name}: depth {depth} of {truth:?}"
+        );
         for (worst, error) in worst.iter_mut().zip(errors) {
             *worst = worst.max(error);
         }

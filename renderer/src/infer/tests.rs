@@ -90,10 +90,14 @@ fn diffusion_keeps_what_is_known_and_stays_within_it() {
     let whole = diffused_on_device(&known);
     for (&[value, weight], [whole]) in known.values.iter().zip(whole.values) {
         assert!(weight == 0.0 || value == whole, "{whole} for {value}");
-        assert!(least * 0.99999 <= whole && whole <= most * 1.00001, "{least} {whole} {most}");
+        let whole = f64::from(whole);
+        let (low, high) = (1.0 - DIFFUSION_RELATIVE, 1.0 + DIFFUSION_RELATIVE);
+        let (least, most) = (low * f64::from(least), high * f64::from(most));
+        assert!(least <= whole && whole <= most, "{least} {whole} {most}");
     }
     let nothing = diffused_on_device(&Field::new(size, |_| [0.0; 2]));
-    assert!(nothing.values.iter().all(|&[value]| (value / BACKDROP - 1.0).abs() < 1e-5));
+    let off = |[value]: &[f32; 1]| f64::from(value / BACKDROP - 1.0).abs();
+    assert!(nothing.values.iter().all(|value| off(value) < DIFFUSION_RELATIVE));
 }
 
 /// Hypotheses between the backdrop and the diffused one.
