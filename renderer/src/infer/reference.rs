@@ -27,7 +27,6 @@
 //! the median of a cell and its eight neighbours, which the border repeats. A pixel without geometry
 //! is at the inverse range between those of the four cells around it.
 
-#[cfg(test)]
 use flaneur_scene::PosedCamera;
 use glam::{DVec3, UVec2};
 
@@ -45,7 +44,6 @@ pub(crate) const WORST: f64 = 0.12;
 pub(crate) const UNSEEN: f64 = 0.08;
 pub(crate) const REACH: u32 = 5;
 pub(crate) const PRIOR: f64 = 0.004;
-#[cfg(test)]
 pub(crate) const KEPT: f64 = 0.004;
 
 /// What a pixel shows.
@@ -174,7 +172,6 @@ pub(crate) fn chosen_between(judged: &[f64], noise: f64) -> [f64; 2] {
 }
 
 /// The picture before, and what settled there.
-#[cfg(test)]
 #[derive(Clone, Debug)]
 pub(crate) struct Past {
     pub(crate) camera: PosedCamera,
@@ -184,7 +181,6 @@ pub(crate) struct Past {
     pub(crate) settled: Field<f64>,
 }
 
-#[cfg(test)]
 impl Past {
     /// What it says for a place in the world whose cell has hypotheses `spacing` apart, 1/m.
     pub(crate) fn kept(&self, place: DVec3, spacing: f64) -> f64 {

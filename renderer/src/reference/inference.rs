@@ -8,8 +8,8 @@ use super::field::Field;
 use super::rigs::{MAX_SIDE, Rigs};
 use super::surfaces::{Met, Pixel};
 use crate::infer::reference::{
-    Gathered, LEAST_INVERSE, Looked, chosen, chosen_between, diffused, disagreement, gathered,
-    hypothesis, judged, median, window,
+    Gathered, LEAST_INVERSE, Looked, Past, chosen, chosen_between, diffused, disagreement,
+    gathered, hypothesis, judged, median, window,
 };
 use crate::infer::{BACKDROP, Grid, LONE_BACKDROP_M, MAX_RIGS};
 use crate::surface::reference::{RELIEF_M, Shown};
@@ -18,6 +18,7 @@ use crate::surface::reference::{RELIEF_M, Shown};
 #[derive(Clone, Debug)]
 pub(super) struct Hypotheses {
     pub(super) grid: Grid,
+    pub(super) eye: DVec3,
     pub(super) gathered: Field<Gathered>,
     /// Inverse range of the backdrop, 1/m.
     backdrop: f64,
@@ -53,7 +54,13 @@ impl Hypotheses {
         let range_m = if extent_m > 0.0 { extent_m } else { LONE_BACKDROP_M };
         let backdrop = 1.0 / (BACKDROP * range_m);
         let known = Field::new(grid.cells, |cell| gathered.at(cell).known);
-        Some(Self { diffused: diffused(&known, backdrop), grid, gathered, backdrop })
+        Some(Self {
+            diffused: diffused(&known, backdrop),
+            grid,
+            eye: view.eye(),
+            gathered,
+            backdrop,
+        })
     }
 
     /// What each of the rigs that are asked shows, hypothesis by hypothesis.
@@ -67,18 +74,29 @@ impl Hypotheses {
             .collect()
     }
 
-    /// Which of them the photographs agree on, that show `sights`; and which they may agree on where
-    /// the costs of two hypotheses differ by up to `noise` more or less.
-    pub(super) fn inferred(&self, sights: &[Vec<Sights>], noise: f64) -> Inferred {
+    /// Which of them the photographs agree on, that show `sights`, and the picture before; and which
+    /// they may agree on where the costs of two hypotheses differ by up to `noise` more or less.
+    pub(super) fn inferred(
+        &self,
+        sights: &[Vec<Sights>],
+        past: Option<&Past>,
+        noise: f64,
+    ) -> Inferred {
         let size = self.grid.cells;
         let costs = self.costs(sights);
         let choices = Field::new(size, |cell| {
             if self.is_known(cell) {
                 return [f64::from(self.last()); 3];
             }
-            let costs = (0..).zip(&costs);
-            let judged: Vec<f64> =
-                costs.map(|(i, costs)| judged(costs.at(cell), i, self.last(), 0.0)).collect();
+            let spacing = (self.inverse(1.0, cell) - self.inverse(0.0, cell)).abs();
+            let judged: Vec<f64> = (0..)
+                .zip(&costs)
+                .map(|(i, costs)| {
+                    let place = self.eye + self.place(i, cell);
+                    let kept = past.map_or(0.0, |past| past.kept(place, spacing));
+                    judged(costs.at(cell), i, self.last(), kept)
+                })
+                .collect();
             let [low, high] = chosen_between(&judged, noise);
             [chosen(&judged), low, high]
         });
@@ -112,10 +130,16 @@ impl Hypotheses {
         if self.is_known(cell) || direction == DVec3::ZERO {
             return None;
         }
-        let place = direction / self.inverse(index.into(), cell).max(LEAST_INVERSE);
+        let place = self.place(index, cell);
         let pixels_per_m = view.pixels_a_metre(view.camera.forward().dot(place));
         let halved = f64::from(self.grid.step).log2();
-        rigs.stands_out(rig, view.eye() + place, pixels_per_m, halved)
+        rigs.stands_out(rig, self.eye + place, pixels_per_m, halved)
+    }
+
+    /// Where a hypothesis of a cell is, relative to the eye.
+    pub(super) fn place(&self, index: u32, cell: UVec2) -> DVec3 {
+        let inverse = self.inverse(index.into(), cell).max(LEAST_INVERSE);
+        self.gathered.at(cell).direction / inverse
     }
 
     /// Known cells are not judged.

@@ -188,7 +188,9 @@ impl Scene {
         let inferred = (self.settings.infer && perspective && infers(mode))
             .then(|| self.hypotheses(view, &geometry, &mesh, &points))
             .flatten()
-            .map(|hypotheses| hypotheses.inferred(&hypotheses.sights(view, &rigs), COST_NOISE));
+            .map(|hypotheses| {
+                hypotheses.inferred(&hypotheses.sights(view, &rigs), None, COST_NOISE)
+            });
         let shown = match &inferred {
             Some(all) => Field::new(geometry.size, |at| all.filled(view, at, geometry.at(at))),
             None => geometry,

@@ -1,20 +1,21 @@
 //! Where there is no geometry: what the device infers against f64, step by step and as frames.
 
 use flaneur_scene::{SceneUpdate, View};
-use glam::{DVec3, UVec2};
+use glam::{DVec2, DVec3, UVec2};
 
 use super::common::{Street, camera, image_update, mesh_update};
 use super::{SIZE, Scene, both, keep_both, settings};
+use crate::infer::reference::Past;
 use crate::kernel_tests::channels::texels;
 use crate::kernel_tests::{gpu, positions};
 use crate::reference::difference::DOUBT;
 use crate::reference::field::{Field, cells};
-use crate::reference::inference::{Hypotheses, Sights};
+use crate::reference::inference::{Hypotheses, Inferred, Sights};
 use crate::reference::surfaces;
 use crate::reference::triangles::Triangles;
 use crate::tolerances::{
     CELL_DIRECTION, COST_ROUNDING, DIFFUSION_RELATIVE, FILLED_RELATIVE, FRAME_ALIKE_SHARE,
-    INFERRED_ALIKE_SHARE, SETTLED_RELATIVE, SIGHT_BRIGHTNESS, SIGHT_SHARE,
+    INFERRED_ALIKE_SHARE, LENS_PX, SETTLED_RELATIVE, SIGHT_BRIGHTNESS, SIGHT_SHARE,
 };
 use crate::{Mode, Renderer, Settings, Surface};
 
@@ -130,7 +131,7 @@ fn what_settles_agrees_with_its_reference() {
     for origin in [DVec3::ZERO, FAR] {
         let (renderer, _, hypotheses, _) = rendered(origin);
         let sights = sights_on_device(&renderer, &hypotheses);
-        let expected = hypotheses.inferred(&sights, COST_ROUNDING);
+        let expected = hypotheses.inferred(&sights, None, COST_ROUNDING);
         let found = texels(renderer.infer_pass().last_cells().expect("a frame").settled);
         let (mut judged, mut decided) = (0, 0);
         for cell in cells(hypotheses.grid.cells) {
@@ -147,6 +148,52 @@ fn what_settles_agrees_with_its_reference() {
         println!("{decided} of {judged} decided");
         assert!(judged > 1500 && decided > judged * 6 / 10, "{decided} of {judged}");
     }
+}
+
+/// A picture that follows another: what settled there has a say, wherever rounding does not decide which
+/// of its cells a hypothesis falls into.
+#[test]
+fn what_the_picture_before_says_agrees_with_its_reference() {
+    let (mut renderer, scene, before, _) = rendered(FAR);
+    let settled = texels(renderer.infer_pass().last_cells().expect("a frame").settled);
+    let past = Past {
+        camera: view(FAR).camera,
+        step: before.grid.step.into(),
+        settled: settled.each(|[inverse, ..]| f64::from(*inverse)),
+    };
+    let view = View::from(camera(FAR, [-0.75, 0.58, 1.83], 90.0, 7.0, 60.0, SIZE));
+    renderer.render(&view).expect("a frame");
+    let (hypotheses, _) = scene.inference(&view).expect("a grid");
+    let size = hypotheses.grid.cells;
+    let is_clear = |index: u32, cell: UVec2| {
+        let place = hypotheses.eye + hypotheses.place(index, cell);
+        let pixel = past.camera.project(place).map_or(DVec2::splat(0.5), |(pixel, _)| pixel);
+        let cells = pixel / past.step;
+        (cells - cells.round()).abs().min_element() * past.step > LENS_PX
+    };
+    let clear = Field::new(size, |cell| {
+        hypotheses.is_known(cell) || (0..hypotheses.grid.hypotheses).all(|i| is_clear(i, cell))
+    });
+    let sights = sights_on_device(&renderer, &hypotheses);
+    let expected = hypotheses.inferred(&sights, Some(&past), COST_ROUNDING);
+    let alone = hypotheses.inferred(&sights, None, COST_ROUNDING);
+    let found = texels(renderer.infer_pass().last_cells().expect("a frame").settled);
+    let (mut compared, mut decided_by_past) = (0, 0);
+    for cell in cells(size - 2).map(|cell| cell + 1) {
+        if hypotheses.is_known(cell) || !cells(UVec2::splat(3)).all(|o| clear.at(cell + o - 1)) {
+            continue;
+        }
+        compared += 1;
+        let found = f64::from(found.at(cell)[0]);
+        let outside = |inferred: &Inferred| {
+            let [a, b] = inferred.bounds.each_ref().map(|bound| bound.at(cell));
+            (a.min(b) - found).max(found - a.max(b)) / found
+        };
+        assert!(outside(&expected) < SETTLED_RELATIVE, "{cell}: {found}");
+        decided_by_past += u32::from(outside(&alone) > SETTLED_RELATIVE);
+    }
+    println!("{compared} cells, {decided_by_past} other than without the past");
+    assert!(compared > 500 && decided_by_past > 50, "{compared} {decided_by_past}");
 }
 
 /// From where the device's cells are: where every pixel is.
