@@ -5,7 +5,7 @@ mod common;
 
 use common::*;
 use flaneur_renderer::{Frame, Renderer, Settings};
-use flaneur_scene::{NodeKey, SceneUpdate, View};
+use flaneur_scene::{NodeKey, PointStations, SceneUpdate, View};
 use glam::{DVec3, UVec2};
 use proptest::prelude::*;
 
@@ -62,6 +62,11 @@ fn pieces(street: &Street) -> Vec<[SceneUpdate; 2]> {
             let share = chunk.positions.iter().skip(x as usize).step_by(2).copied().collect();
             chunk.positions = share;
             chunk.id.key = NodeKey { level, x, y: 0, z: 0 };
+            // From places along the street, so that maps have them in ranks.
+            let places = (0..12).map(|i| street.origin + DVec3::Y * f64::from(i - 6)).collect();
+            let station = |i: usize| (x as usize + i / 300) as u16 % 12;
+            let of_points = (0..chunk.positions.len()).map(station).collect();
+            chunk.stations = PointStations { places, of_points };
             points_update(chunk)
         })
     };

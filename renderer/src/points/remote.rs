@@ -8,7 +8,7 @@
 //! station is (s) than the nearest place that its source was taken from (s₀); far from all of them
 //! that makes less and less of a difference. Without times every block is at 0.
 //!
-//! - In a view blocks are put 20 m behind for each metre of u beyond the first, at most 100 m: in
+//! - In a view blocks are put 3 m behind for each metre of u beyond the first, at most 60 m: in
 //!   the order of points alone, so that what is shown stays where it is. It is continuous in the
 //!   eye, and where no near point is seen the others still close the gap.
 //! - In a photograph's depth map every metre of u is a rank, and nearer ranks go first. As the map
@@ -29,8 +29,8 @@ const RANKS: f64 = 16.0;
 /// Remoteness of which a view takes no notice, metres.
 const NEAR_M: f64 = 1.0;
 /// Metres that a block is put behind in a view, for each of its remoteness.
-const BEHIND: f64 = 20.0;
-const MOST_BEHIND_M: f64 = 100.0;
+const BEHIND: f64 = 3.0;
+const MOST_BEHIND_M: f64 = 60.0;
 /// Farther from all stations than this the eye makes less of their differences, metres.
 const BESIDE_M: f64 = 3.0;
 /// Blocks nearer than this are not nearer still, metres.
@@ -106,4 +106,62 @@ fn behind_in_view(u: f64) -> f64 {
 
 fn rank(u: f64) -> f64 {
     u.floor().min(RANKS - 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Along a walk past the stations and away from them, everything in small steps.
+    #[test]
+    fn what_is_behind_is_continuous_in_the_eye() {
+        let places: Vec<DVec3> = (0..40).map(|i| DVec3::new(0.0, f64::from(i), 2.0)).collect();
+        let behind = |station: usize, eye: DVec3| {
+            let away = places.iter().map(|place| place.distance(eye));
+            let nearest = away.fold(f64::INFINITY, f64::min);
+            behind_in_view(remoteness(places[station].distance(eye), nearest))
+        };
+        let step_m = 0.01;
+        for station in [0, 17, 39] {
+            let walk = |i: u32| {
+                let way = f64::from(i) * step_m;
+                DVec3::new((0.1 * way).sin() * 9.0, 0.5 * way - 5.0, 1.7)
+            };
+            let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+            for i in 0..10_000 {
+                let [here, next] = [walk(i), walk(i + 1)];
+                let change = (behind(station, next) - behind(station, here)).abs();
+                // u follows either distance as it is, and how much of their difference counts
+                // by u / s₀ at most.
+                let most_remote = NEAR_M + MOST_BEHIND_M / BEHIND;
+                let steepest = BEHIND * (2.0 + most_remote / BESIDE_M);
+                assert!(change <= steepest * here.distance(next), "{here}: {change}");
+                least = least.min(behind(station, here));
+                most = most.max(behind(station, here));
+            }
+            assert!(least == 0.0 && most > 30.0, "{station}: {least} {most}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_place_is_not_remote_and_far_from_all_they_are_alike() {
+        assert_eq!(remoteness(2.0, 2.0), 0.0);
+        assert_eq!(remoteness(12.0, 2.0), 10.0);
+        // A mean of places can be nearer than any of them.
+        assert_eq!(remoteness(1.0, 2.0), 0.0);
+        assert!((remoteness(320.0, 300.0) - 0.2).abs() < 1e-12);
+        assert_eq!((rank(0.99), rank(1.0), rank(1e9)), (0.0, 1.0, 15.0));
+    }
+
+    /// Every rank keeps depths to centimetres, and tells them from the next.
+    #[test]
+    fn ranks_hold_depths() {
+        for rank in 0..RANKS as u32 {
+            for depth in [0.1f32, 7.123, 250.0, 9000.0] {
+                let held = (f64::from(rank) * RANK_M) as f32 + depth;
+                let shift = RANK_M as f32 * (held / RANK_M as f32).floor();
+                assert!((held - shift - depth).abs() < 0.01, "{rank} {depth}");
+            }
+        }
+    }
 }

@@ -24,6 +24,7 @@ mod everything;
 mod gains;
 mod inference;
 mod levels;
+mod near_first;
 
 use common::{Street, camera, image_update, keep, mesh_update, points_update, with_lens};
 

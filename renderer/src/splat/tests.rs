@@ -12,7 +12,7 @@ use crate::camera::{NEAR_M, gpu_data::Camera};
 use crate::frustum::Frustum;
 use crate::kernel_tests::gpu;
 use crate::pinhole::Pinhole;
-use crate::points::{PointStore, Precedence};
+use crate::points::{BLOCK_POINTS, PointStore, Precedence};
 use crate::settings::{SplatNormals, SplatRoute};
 use crate::targets::Targets;
 use crate::tolerances::{DEPTH_M, DISC_BORDER};

@@ -215,3 +215,39 @@ fn a_pole_stays_thin_and_whole() {
         }
     }
 }
+
+/// Points of several stations, on small discs and on large ones: every way puts the same ones
+/// behind others, and what is near the camera wins although it is farther away.
+#[test]
+fn points_of_near_stations_win_by_every_way() {
+    let camera = camera(CENTRE);
+    for spacing_m in [0.05f32, 0.4] {
+        let plane = |z: f64| square(DVec3::new(0.0, 0.0, z), DVec3::NEG_Z, 1.6, 0.1);
+        let mut points = plane(8.0);
+        points.resize(points.len().next_multiple_of(BLOCK_POINTS), points[0]);
+        let near = points.len();
+        points.extend(plane(7.5));
+        let mut chunk = chunk(&camera, &points, spacing_m);
+        let station = |i: usize| u16::from(i >= near);
+        chunk.stations = PointStations {
+            places: [camera.centre + DVec3::X, camera.centre + 9.0 * DVec3::X].into(),
+            of_points: (0..points.len()).map(station).collect(),
+        };
+        let shown: Vec<_> =
+            ways().into_iter().map(|way| drawn(gpu(), &camera, &chunk, way, BOTH[0])).collect();
+        for (other, way) in shown.iter().zip(ways()) {
+            assert!(shown[0] == *other, "{way:?} differs");
+        }
+        let wins = |near_wins: bool| {
+            let of = |&&(_, index): &&(u32, u32)| {
+                index != u32::MAX && ((index as usize) < near) == near_wins
+            };
+            shown[0].iter().filter(of).count()
+        };
+        let (of_near, of_far) = (wins(true), wins(false));
+        // The far ones are nearer, and so reach a little over the border.
+        assert!(of_near > 20 && of_far < of_near, "{spacing_m}: {of_near} and {of_far}");
+        let middle = shown[0][(SIZE.y / 2 * SIZE.x + SIZE.x / 2) as usize];
+        assert!((middle.1 as usize) < near, "{middle:?}");
+    }
+}

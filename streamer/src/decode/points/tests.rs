@@ -1,5 +1,5 @@
 use super::*;
-use flaneur_scene::{Bounds3, NodeKey, OctreeCube};
+use flaneur_scene::{Bounds3, NodeKey, OctreeCube, PointStations, Station};
 use glam::DVec3;
 use laz::LazVlrBuilder;
 use laz::record::{LayeredPointRecordCompressor, RecordCompressor};
@@ -89,6 +89,24 @@ fn points_come_back() {
         let got = points.origin + glam::Vec3::from_array(*got).as_dvec3();
         assert!(got.distance(want) < 1e-5, "{got} {want}");
     }
+}
+
+/// Each point comes with the place that is nearest in time: the records are of 1.5 s.
+#[test]
+fn points_know_where_they_were_taken() {
+    let source = source();
+    let chunk = compress(&source, &three());
+    let places = [0.0, 1.6, 3.0].map(|time_s| Station { time_s, position: CENTRE + 9.0 * time_s });
+    let points =
+        decode_points(&source, ID, &node(3, &chunk), &chunk, &Track::through(&places), true)
+            .expect("sound");
+    for point in 0..2 {
+        let off_m = points.stations.of_point(point).expect("known").distance(CENTRE + 9.0 * 1.5);
+        assert!(off_m < 1.0, "{off_m}");
+    }
+    let without = decode_points(&source, ID, &node(3, &chunk), &chunk, &Track::through(&[]), true);
+    let points = PointChunk { stations: PointStations::default(), ..points };
+    assert_eq!(without.expect("sound"), points, "and nothing else changes");
 }
 
 #[test]

@@ -75,6 +75,7 @@ fn sorting_on_disk_gives_the_same_tree_as_in_memory() {
     assert!(nodes.len() > 10, "{} nodes", nodes.len());
     assert_eq!(nodes, checked_nodes(&b));
     assert_eq!(a.source, b.source);
+    assert!(!a.source.stations.is_empty());
 }
 
 #[test]
