@@ -101,7 +101,7 @@ fn a_budget_that_cannot_be_held_takes_the_cheapest_settings(place: &Place) {
     assert!(fastest["reached_ms"].as_f64() > Some(1.2), "{cheapest}");
     let (cheapest, finest) = (&cheapest["settings"], &finest["settings"]);
     assert!(cheapest["rigs"].as_u64() < finest["rigs"].as_u64());
-    assert!(finest["frame_points"].is_null() && finest["resolution"] == 1.0);
+    assert!(finest["points_share"] == 1.0 && finest["resolution"] == 1.0);
     let store = text(&place.street.store);
     let wrong = run(&["render", store, "--like", "x", "-o", "x.png", "--budget-ms", "0"]);
     assert_eq!(wrong.status.code(), Some(2));

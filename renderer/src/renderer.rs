@@ -313,7 +313,7 @@ impl Renderer {
         stages.ended("mesh")?;
 
         let precedence = if settings.near_first { Precedence::View } else { Precedence::None };
-        let mut points = self.points.view_list(&frustum, eye, settings.frame_points, precedence);
+        let mut points = self.points.view_list(&frustum, eye, settings.points_share, precedence);
         if mode == Mode::Mesh {
             points = DrawList::default();
         }

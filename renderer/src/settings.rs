@@ -14,9 +14,9 @@ const LEAST_MEMORY: u64 = 16 << 20;
 pub struct Settings {
     /// How many rigs (panoramas), nearest to the eye, may colour a pixel.
     pub rigs: usize,
-    /// Most points of one frame. Where the view meets more, runs of points are left out, first
-    /// those that lie closest together in the picture, and coarser ones stand in for them.
-    pub frame_points: u64,
+    /// Share of the points that a view meets, 0 to 1, that are drawn. Below 1 runs of points are left
+    /// out, first those that lie closest together in the picture, and coarser ones stand in for them.
+    pub points_share: f32,
     /// Share of the picture's sides at which it is computed, 0.1 to 1, and then enlarged.
     pub resolution: f32,
     /// Longest side of a photograph's depth map, texels, 64 to 2048, a multiple of 64.
@@ -68,10 +68,10 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum SplatNormals {
     /// The eye.
-    #[default]
     Eye,
     /// Along the normals that points come with; the eye where they have none. Takes four bytes
     /// more a point.
+    #[default]
     Estimated,
 }
 
@@ -147,7 +147,8 @@ impl Settings {
         let inferred_hypotheses = self.inferred_hypotheses.min(64);
         // Written so that NaN is 1.
         let resolution = if self.resolution < 1.0 { self.resolution.max(0.1) } else { 1.0 };
-        Self { depth_map_side, inferred_hypotheses, resolution, ..self }
+        let points_share = if self.points_share < 1.0 { self.points_share.max(0.0) } else { 1.0 };
+        Self { depth_map_side, inferred_hypotheses, resolution, points_share, ..self }
     }
 }
 
@@ -157,7 +158,7 @@ impl Settings {
     pub fn differ_by_frame_only(&self, other: &Self) -> bool {
         let Self {
             rigs,
-            frame_points,
+            points_share,
             resolution,
             depth_test,
             exposure_gains,
@@ -170,7 +171,7 @@ impl Settings {
         } = *other;
         let decided = Self {
             rigs,
-            frame_points,
+            points_share,
             resolution,
             depth_test,
             exposure_gains,
@@ -273,7 +274,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             rigs: 8,
-            frame_points: u64::MAX,
+            points_share: 1.0,
             resolution: 1.0,
             depth_map_side: 512,
             depth_test: true,
@@ -283,7 +284,7 @@ impl Default for Settings {
             exposure_gains: true,
             splat_scale: 0.75,
             max_splat_radius_m: 0.25,
-            splat_normals: SplatNormals::Eye,
+            splat_normals: SplatNormals::Estimated,
             splat_route: SplatRoute::Auto,
             quads_from_px: None,
             gpu_memory_bytes: 8 << 30,

@@ -46,7 +46,7 @@ fn changed_settings_leave_no_trace() {
         Settings { depth_map_side: 128, ..base },
         Settings { refine_by_points: false, ..base },
         Settings { splat_route: SplatRoute::Atomic32, ..base },
-        Settings { frame_points: 20_000, ..base },
+        Settings { points_share: 0.5, ..base },
         Settings { resolution: 0.5, ..base },
         Settings { texturing: Texturing::Homography, ..base },
         Settings { exposure_gains: false, infer: false, ..base },
@@ -72,16 +72,17 @@ fn a_frame_of_fewer_points_has_no_holes() {
     let whole = frame(&mut renderer);
     let all = whole.stats.points_drawn;
     for part in [0.9, 0.5, 0.25] {
-        let frame_points = (all as f64 * part) as u64;
-        assert!(renderer.set_settings(Settings { frame_points, ..Settings::default() }));
+        let most = (all as f64 * part) as u64;
+        let settings = Settings { points_share: part as f32, ..Settings::default() };
+        assert!(renderer.set_settings(settings));
         let thinned = frame(&mut renderer);
         let drawn = thinned.stats.points_drawn;
-        assert!(drawn <= frame_points && drawn + 512 > frame_points, "{drawn} of {frame_points}");
+        assert!(drawn <= most + 1 && drawn + 512 > most, "{drawn} of {most}");
         let lost = whole.surfaces.iter().zip(&thinned.surfaces);
         let lost = lost.filter(|(a, b)| a.is_geometry() && !b.is_geometry()).count();
         assert!(lost * 200 <= whole.surfaces.len(), "{part}: {lost} pixels lost");
     }
-    assert!(renderer.set_settings(Settings { frame_points: 0, ..Settings::default() }));
+    assert!(renderer.set_settings(Settings { points_share: 0.0, ..Settings::default() }));
     assert_eq!(frame(&mut renderer).stats.points_drawn, 0);
 }
 

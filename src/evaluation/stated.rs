@@ -13,7 +13,7 @@ impl StatedSettings {
         // All by name, so that none is forgotten.
         let Settings {
             rigs,
-            frame_points,
+            points_share,
             resolution,
             depth_map_side,
             depth_test,
@@ -34,7 +34,7 @@ impl StatedSettings {
         } = self.0;
         json!({
             "rigs": rigs,
-            "frame_points": (frame_points < u64::MAX).then_some(frame_points),
+            "points_share": points_share,
             "resolution": resolution,
             "depth_map_side": depth_map_side,
             "depth_test": depth_test,

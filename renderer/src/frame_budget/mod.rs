@@ -14,10 +14,11 @@ use std::time::Duration;
 use crate::Settings;
 
 mod front;
+mod ladder;
 #[cfg(test)]
 mod tests;
 
-use front::FRONT;
+use ladder::LADDER;
 
 /// Above this share of the budget frames are made cheaper …
 const HIGH: f64 = 1.1;
@@ -75,8 +76,8 @@ impl Ceiling {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rung {
     rigs: usize,
-    /// Of one frame.
-    points: u64,
+    /// Share of the points that a view meets.
+    points: f32,
     /// Depths between the backdrop and the neighbours' that are tried where nothing is known;
     /// `None` where such pixels stay empty.
     hypotheses: Option<u32>,
@@ -88,7 +89,7 @@ struct Rung {
 
 const fn rung(
     rigs: usize,
-    points: u64,
+    points: f32,
     hypotheses: Option<u32>,
     align: bool,
     resolution: f32,
@@ -117,7 +118,7 @@ impl FrameBudget {
     pub fn new(budget: Duration) -> Self {
         Self {
             budget,
-            rung: FRONT.len() / 3,
+            rung: LADDER.len() / 3,
             times: Vec::with_capacity(WINDOW),
             to_ignore: UNSETTLED,
             ceiling: None,
@@ -128,9 +129,9 @@ impl FrameBudget {
 
     /// The settings of `base`, as exact as any rung is where rungs differ.
     pub fn most_exact(base: Settings) -> Settings {
-        FRONT.first().map_or(base, |rung| Settings {
+        LADDER.first().map_or(base, |rung| Settings {
             rigs: rung.rigs,
-            frame_points: rung.points,
+            points_share: rung.points,
             infer: rung.hypotheses.is_some(),
             inferred_hypotheses: rung.hypotheses.unwrap_or(base.inferred_hypotheses),
             align: rung.align,
@@ -141,11 +142,11 @@ impl FrameBudget {
 
     /// What the next frame is to be rendered with: nowhere more exact than `base`.
     pub fn settings(&self, base: Settings) -> Settings {
-        let Some(rung) = FRONT.get(self.rung) else { return base };
+        let Some(rung) = LADDER.get(self.rung) else { return base };
         let hypotheses = rung.hypotheses.unwrap_or(u32::MAX);
         Settings {
             rigs: base.rigs.min(rung.rigs),
-            frame_points: base.frame_points.min(rung.points),
+            points_share: base.points_share.min(rung.points),
             infer: base.infer && rung.hypotheses.is_some(),
             inferred_hypotheses: base.inferred_hypotheses.min(hypotheses),
             align: base.align && rung.align,
@@ -200,7 +201,7 @@ impl FrameBudget {
 
     /// Where on the ladder the settings stand: 0 the most exact, 1 the cheapest.
     pub fn haste(&self) -> f64 {
-        self.rung as f64 / (FRONT.len() - 1).max(1) as f64
+        self.rung as f64 / (LADDER.len() - 1).max(1) as f64
     }
 
     /// How the budget fares; `None` before any frame was judged on the rung in use.
@@ -211,7 +212,7 @@ impl FrameBudget {
             reached,
             held: reached <= self.budget.mul_f64(HELD),
             rung: self.rung,
-            rungs: FRONT.len(),
+            rungs: LADDER.len(),
         })
     }
 
@@ -230,8 +231,8 @@ impl FrameBudget {
     /// The first rung below that should fit, the last where none does.
     fn cheaper(&self, share: f64) -> usize {
         let ms = self.ms() * AIM / share;
-        let below = FRONT.iter().enumerate().skip(self.rung + 1);
-        let last = FRONT.len() - 1;
+        let below = LADDER.iter().enumerate().skip(self.rung + 1);
+        let last = LADDER.len() - 1;
         below.into_iter().find(|(_, rung)| rung.ms <= ms).map_or(last, |(index, _)| index)
     }
 
@@ -240,12 +241,12 @@ impl FrameBudget {
     fn more_exact(&self, share: f64) -> usize {
         let ms = self.ms() * AIM / share;
         let ceiling = self.ceiling.map_or(0, |ceiling| ceiling.rung);
-        let mut above = (ceiling..self.rung).filter(|&index| FRONT[index].ms <= ms);
+        let mut above = (ceiling..self.rung).filter(|&index| LADDER[index].ms <= ms);
         let found = above.next().unwrap_or(self.rung);
         found + (self.rung - found) / 2
     }
 
     fn ms(&self) -> f64 {
-        FRONT.get(self.rung).map_or(1.0, |rung| rung.ms)
+        LADDER.get(self.rung).map_or(1.0, |rung| rung.ms)
     }
 }

@@ -44,20 +44,21 @@ pub(crate) struct DrawList {
 }
 
 impl PointStore {
-    /// What `frustum` may see, each point as large as what is resident around it allows; about
-    /// `most` points where that is more.
+    /// What `frustum` may see, each point as large as what is resident around it allows; of the
+    /// points about a share of 0 to 1.
     pub(crate) fn view_list(
         &self,
         frustum: &Frustum,
         centre: DVec3,
-        most: u64,
+        share: f32,
         precedence: Precedence,
     ) -> DrawList {
         let remoteness = Remoteness::new(precedence, centre);
         let all = self.draw_list(frustum, centre, remoteness, |_, _| Some(0.0));
-        if all.points <= most {
+        if share >= 1.0 {
             return all;
         }
+        let most = (all.points as f64 * f64::from(share)) as u64;
         self.thinned(frustum, centre, most, precedence)
     }
 

@@ -85,12 +85,8 @@ fn drawn_in(
     let mut store = PointStore::new(normals);
     store.insert(gpu, &settings, chunk, glam::DVec3::ZERO).expect("good points");
     store.upload(gpu);
-    let list = store.view_list(
-        &Frustum::of_view(view, &pinhole),
-        camera.centre,
-        u64::MAX,
-        Precedence::View,
-    );
+    let list =
+        store.view_list(&Frustum::of_view(view, &pinhole), camera.centre, 1.0, Precedence::View);
     let pass = SplatPass::new(gpu, &settings);
     let route = pass.route(gpu, u64::from(SIZE.x * SIZE.y));
     let targets = Targets::new(gpu, SIZE, SIZE, route);

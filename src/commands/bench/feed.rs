@@ -1,6 +1,8 @@
 //! Renderers, each with its own holdings.
 
-use flaneur_renderer::{Frame, Gpu, MemoryReport, Mode, PassTime, Renderer, Settings};
+use flaneur_renderer::{
+    Frame, Gpu, MemoryReport, Mode, PassTime, Renderer, Settings, SplatNormals,
+};
 use flaneur_scene::{SceneUpdate, View};
 use flaneur_streamer::{Budget, Event, Streamer, ViewRequest};
 use futures::StreamExt;
@@ -54,7 +56,7 @@ impl Fed {
                 self.stream(&behind(view), budget, true, context).await?;
                 return self.stream(view, budget, false, context).await;
             }
-            Feed::Whole | Feed::Normals => {}
+            Feed::Whole | Feed::FacingEye => {}
         }
         self.stream(view, budget, true, context).await
     }
@@ -141,7 +143,7 @@ impl Fed {
         drops: bool,
         context: &Context,
     ) -> Result<(), Exit> {
-        let normals = self.feed == Feed::Normals;
+        let normals = self.renderer.settings().splat_normals == SplatNormals::Estimated;
         let request = ViewRequest { budget, normals, ..ViewRequest::new(*view) };
         let mut events = self.streamer.stream(request, &context.cancel);
         while let Some(event) = events.next().await {

@@ -10,12 +10,10 @@ use super::feed::Fed;
 use super::session::{Session, check};
 use super::tally::Tally;
 use crate::atomic_file;
-use crate::evaluation::speed::ladder::{RIGS, way_down};
+use crate::evaluation::speed::ladder::{MOST_UNCOVERED, RIGS, way_down};
 use crate::evaluation::speed::{FrontRung, Report, Row, Variant, mark_front};
 use crate::exit::Exit;
 
-/// More than this share of the pixels left without colour is no picture.
-const MOST_UNCOVERED: f64 = 0.01;
 /// A rung saves at least this share of the time of the one above.
 const LEAST_SAVED: f64 = 0.03;
 
@@ -36,7 +34,7 @@ impl Session {
             fed.fetch(view, RIGS[0], context).await?;
             for (rung, tally) in way.iter().zip(&mut tallies) {
                 check(context).await?;
-                let settings = rung.settings(self.base, self.points);
+                let settings = rung.settings(self.base);
                 tokio::task::block_in_place(|| {
                     let frame = fed.frame(view, settings)?;
                     tally.difference.add_colours(&frame, &exact.frame);
@@ -53,11 +51,10 @@ impl Session {
             .iter()
             .zip(&tallies)
             .filter_map(|(rung, tally)| {
-                let (single, settings) = (tally.single()?, rung.settings(self.base, self.points));
-                let points = settings.frame_points;
+                let (single, settings) = (tally.single()?, rung.settings(self.base));
                 Some(FrontRung {
                     rigs: settings.rigs,
-                    frame_points: (points < u64::MAX).then_some(points),
+                    points_share: settings.points_share,
                     inferred_hypotheses: settings.infer.then_some(settings.inferred_hypotheses),
                     align: settings.align,
                     resolution: settings.resolution,
@@ -69,7 +66,7 @@ impl Session {
             .collect();
         self.front = front(&measured);
         for (rung, tally) in way.iter().zip(&tallies) {
-            let settings = rung.settings(self.base, self.points);
+            let settings = rung.settings(self.base);
             let (method, setting) = ("combined", label(&settings));
             let variant = Variant { method, setting, feed: fed.feed(), settings };
             self.rows.extend(tally.rows(&variant).filter(|row| row.pass == Row::FRAME));
@@ -95,9 +92,9 @@ fn front(measured: &[FrontRung]) -> Vec<FrontRung> {
 
 /// What a frame budget changes, in a few words.
 fn label(settings: &flaneur_renderer::Settings) -> String {
-    let points = match settings.frame_points {
-        u64::MAX => "all points".to_owned(),
-        points => format!("{points} points"),
+    let points = match settings.points_share {
+        1.0 => "all points".to_owned(),
+        share => format!("{} % of the points", 100.0 * share),
     };
     let inferred = match settings.infer {
         true => format!("{} depths", settings.inferred_hypotheses),
@@ -115,8 +112,8 @@ pub(super) fn write(file: &Path, report: &Report) -> Result<(), Exit> {
          //! `flaneur bench SCENE --front FILE`; not by hand.\n\
          //!\n\
          //! Measured on the scene {:?}, {} views of {}x{} pixels, on\n\
-         //! {}, {} processor cores. At each rung: the root mean square of\n\
-         //! the difference to the most exact frames, 255ths.\n\n\
+         //! {}, {} processor cores. Above each rung: the root mean\n\
+         //! square of the difference to the most exact frames, 255ths.\n\n\
          use super::{{Rung, rung}};\n\n\
          pub(super) const FRONT: &[Rung] = &[\n",
         report.scene,
@@ -127,16 +124,19 @@ pub(super) fn write(file: &Path, report: &Report) -> Result<(), Exit> {
         report.cpus
     );
     for rung in &report.front {
-        let points = rung.frame_points.map_or("u64::MAX".to_owned(), |points| points.to_string());
         let hypotheses = match rung.inferred_hypotheses {
             Some(count) => format!("Some({count})"),
             None => "None".to_owned(),
         };
-        let resolution = format!("{:?}", rung.resolution);
         let _ = writeln!(
             text,
-            "    rung({}, {points}, {hypotheses}, {}, {resolution}, {:.1}), // {:.2}",
-            rung.rigs, rung.align, rung.ms_median, rung.error_rms
+            "    // {:.2}\n    rung({}, {:?}, {hypotheses}, {}, {:?}, {:.1}),",
+            rung.error_rms,
+            rung.rigs,
+            rung.points_share,
+            rung.align,
+            rung.resolution,
+            rung.ms_median
         );
     }
     text.push_str("];\n");

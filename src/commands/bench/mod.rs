@@ -1,5 +1,6 @@
 //! `flaneur bench`: the time that frames take against their error.
 
+mod exactness;
 mod feed;
 mod front;
 mod growth;
@@ -37,7 +38,8 @@ where one should counts as a difference of 255. Variants take turns, view by vie
 
 From what each setting does alone follows a way down from the most exact settings (rows `combined`);
 what of it nothing beats is the front that `flaneur render --budget-ms` chooses from. At last the view
-moves along the survey's way under three budgets of time (rows `budget`). VIEWS.json is that of
+moves along the survey's way under three budgets of time (rows `budget`). Rows `against f64` compare a
+small part of the first view, away from edges of depth, with the reference in f64. VIEWS.json is that of
 `flaneur render --path`.";
 
 /// Arguments of `flaneur bench`.

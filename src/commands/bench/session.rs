@@ -31,8 +31,6 @@ pub(super) struct Session {
     pub(super) path: Vec<View>,
     /// Of each view, once it was rendered.
     pub(super) exact: Vec<Exact>,
-    /// Most points that one of them meets.
-    pub(super) points: u64,
     described: Described,
     memory: HeldMemory,
     pub(super) variants: Vec<Variant>,
@@ -67,8 +65,7 @@ impl Session {
         let gpu_memory = arguments.gpu_memory;
         let base = Settings { gpu_memory_bytes: gpu_memory.bytes(), ..Settings::default() };
         let repeats = arguments.repeats as usize;
-        // How many points a view meets is not known before one was rendered.
-        let variants = variants(base, 0, gpu.has_64_bit_atomics());
+        let variants = variants(base, gpu.has_64_bit_atomics());
         Ok(Self {
             scene: streamer.info().name.clone(),
             described: Described::new(size.0, views.len(), repeats, base),
@@ -79,7 +76,6 @@ impl Session {
             views,
             path,
             exact: Vec::new(),
-            points: 0,
             memory: HeldMemory::default(),
             variants,
             rows: Vec::new(),
@@ -105,9 +101,6 @@ impl Session {
                 fed.fetch(view, RIGS[0], context).await?;
                 if number == self.exact.len() {
                     let exact = tokio::task::block_in_place(|| self.most_exact(&mut fed, view))?;
-                    self.points = self.points.max(exact.frame.stats.points_drawn);
-                    let points = exact.frame.stats.points_drawn;
-                    self.variants = variants(self.base, points, self.gpu.has_64_bit_atomics());
                     self.exact.push(exact);
                 }
                 for index in 0..self.variants.len() {
@@ -125,7 +118,17 @@ impl Session {
             }
             self.memory.raise_to(fed.held());
         }
-        Ok(())
+        self.compare_with_f64(context).await
+    }
+
+    /// The device.
+    pub(super) fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Where the scene is read from.
+    pub(super) fn source(&self) -> &Source {
+        &self.source
     }
 
     /// What is said of it.

@@ -51,7 +51,7 @@ impl Tally {
     /// What the frame costs.
     pub(super) fn single(&self) -> Option<Single> {
         let (ms, mse) = (self.median_ms(Row::FRAME)?, self.difference.mean_squared_255()?);
-        Some(Single { ms, mse })
+        Some(Single { ms, mse, uncovered: self.difference.uncovered_share() })
     }
 
     /// A row for the frame, and one for each pass that was timed.

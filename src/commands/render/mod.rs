@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use clap::{ArgGroup, Args};
 use flaneur_renderer::{
-    BudgetStanding, Frame, FrameBudget, Gpu, Mode, Renderer, Settings, Texturing,
+    BudgetStanding, Frame, FrameBudget, Gpu, Mode, Renderer, Settings, SplatNormals, Texturing,
 };
 use flaneur_scene::{SceneInfo, View};
 use flaneur_services::ingest::{Progress, Unit};
@@ -193,6 +193,7 @@ async fn fetch(
     let request = ViewRequest {
         excluded: Arc::new(move |id| without.iter().any(|pattern| pattern.matches(id))),
         budget: arguments.gpu_memory.fitted(Budget::default()),
+        normals: renderer.settings().splat_normals == SplatNormals::Estimated,
         ..ViewRequest::new(*view)
     };
     let mut events = streamer.stream(request, &context.cancel);

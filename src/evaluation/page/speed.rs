@@ -24,7 +24,7 @@ pub(crate) fn speed_page(report: &Report) -> String {
          both faster and nearer, by the root mean square. The line of the plot joins \
          them.</p>\n</section>\n<section>\n<h2>Passes</h2>\n{passes}<p>Median milliseconds, \
          each pass waited for before the next begins. Depth maps: those of all photographs in use, \
-         drawn anew. Depth: of the pixels that show a surface in both \
+         drawn anew right after its settings were set. Depth: of the pixels that show a surface in both \
          frames.</p>\n</section>\n<section>\n<h2>What costs grow with</h2>\n{linearity}</section>\n\
          <footer><p>Default settings: <code>{settings}</code></p></footer>\n",
         title = Escaped(&title),

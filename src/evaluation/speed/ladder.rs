@@ -8,8 +8,8 @@ use flaneur_renderer::Settings;
 
 /// Values of each setting, the most exact first.
 pub(crate) const RIGS: [usize; 8] = [16, 12, 8, 6, 4, 3, 2, 1];
-/// Eighths of the points that a view meets.
-pub(crate) const EIGHTHS: [u64; 5] = [8, 6, 4, 2, 1];
+/// Shares of the points that a view meets.
+pub(crate) const POINTS: [f32; 5] = [1.0, 0.75, 0.5, 0.25, 0.125];
 /// Depths tried where nothing is known; `None`: such pixels stay empty.
 pub(crate) const HYPOTHESES: [Option<u32>; 7] =
     [Some(31), Some(15), Some(7), Some(3), Some(1), Some(0), None];
@@ -18,6 +18,8 @@ pub(crate) const ALIGN: [bool; 2] = [true, false];
 /// Share of the picture's sides.
 pub(crate) const RESOLUTIONS: [f32; 8] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.42, 0.35];
 
+/// More than this share of the pixels left without colour is no picture.
+pub(crate) const MOST_UNCOVERED: f64 = 0.01;
 /// Least logarithm of a factor of time that a step is taken for.
 const WORTH: f64 = 0.01;
 
@@ -32,19 +34,21 @@ pub(crate) struct Single {
     pub(crate) ms: f64,
     /// Mean squared error against the most exact frame.
     pub(crate) mse: f64,
+    /// Share of the pixels that it leaves without colour.
+    pub(crate) uncovered: f64,
 }
 
 /// What each value of each setting costs, all others being the most exact.
 pub(crate) type Sweep = [Vec<Single>; 5];
 
 impl Rung {
-    /// Its settings, from those that are the most exact, for views that meet so many points.
-    pub(crate) fn settings(self, exact: Settings, points: u64) -> Settings {
-        let [rigs, eighths, hypotheses, align, resolution] = self.0;
+    /// Its settings, from those that are the most exact.
+    pub(crate) fn settings(self, exact: Settings) -> Settings {
+        let [rigs, points, hypotheses, align, resolution] = self.0;
         let hypotheses = HYPOTHESES[hypotheses];
         Settings {
             rigs: RIGS[rigs],
-            frame_points: frame_points(points, EIGHTHS[eighths]),
+            points_share: POINTS[points],
             infer: hypotheses.is_some(),
             inferred_hypotheses: hypotheses.unwrap_or(exact.inferred_hypotheses),
             align: ALIGN[align],
@@ -54,12 +58,8 @@ impl Rung {
     }
 }
 
-/// So many eighths of `points`; of all of them, no limit.
-pub(crate) fn frame_points(points: u64, eighths: u64) -> u64 {
-    if eighths == 8 { u64::MAX } else { points * eighths / 8 }
-}
-
 /// The way from the most exact rung, which is the first, to one from which nothing is worth a step.
+/// No value is on it that alone leaves more than [`MOST_UNCOVERED`] without colour.
 ///
 /// Times are taken as products and squared errors as sums of what each setting does alone. Where it
 /// goes over several values of a setting at once, those between are on the way, too.
@@ -84,7 +84,8 @@ fn step(sweep: &Sweep, from: Rung) -> Option<(usize, usize)> {
             let saved = (now.ms / then.ms).ln();
             // Noise may make a cheaper value look nearer.
             let spoilt = (then.mse - now.mse).max(1e-3);
-            if saved >= WORTH && best.is_none_or(|(worth, _)| saved / spoilt > worth) {
+            let shows_all = then.uncovered <= MOST_UNCOVERED;
+            if shows_all && saved >= WORTH && best.is_none_or(|(worth, _)| saved / spoilt > worth) {
                 best = Some((saved / spoilt, (setting, index)));
             }
         }
@@ -97,7 +98,7 @@ mod tests {
     use super::*;
 
     fn single(ms: f64, mse: f64) -> Single {
-        Single { ms, mse }
+        Single { ms, mse, uncovered: if mse > 1e3 { 0.5 } else { 0.0 } }
     }
 
     #[test]
@@ -110,7 +111,7 @@ mod tests {
             // Saves nothing.
             vec![single(100.0, 0.0), single(99.9, 0.0)],
             vec![single(100.0, 0.0), single(80.0, 1.0)],
-            vec![single(100.0, 0.0), single(70.0, 90.0), single(40.0, 300.0)],
+            vec![single(100.0, 0.0), single(70.0, 90.0), single(40.0, 300.0), single(9.0, 2e3)],
         ];
         let way: Vec<[usize; 5]> = way_down(&sweep).into_iter().map(|rung| rung.0).collect();
         let expected = [
@@ -127,9 +128,9 @@ mod tests {
     #[test]
     fn rungs_are_settings() {
         let exact = Settings::default();
-        let settings = Rung([2, 3, 6, 1, 4]).settings(exact, 4000);
-        assert_eq!((settings.rigs, settings.frame_points, settings.infer), (8, 1000, false));
+        let settings = Rung([2, 3, 6, 1, 4]).settings(exact);
+        assert_eq!((settings.rigs, settings.points_share, settings.infer), (8, 0.25, false));
         assert_eq!((settings.align, settings.resolution), (false, 0.6));
-        assert_eq!(Rung::default().settings(exact, 4000).frame_points, u64::MAX);
+        assert_eq!(Rung::default().settings(exact).points_share, 1.0);
     }
 }

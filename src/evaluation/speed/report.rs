@@ -39,8 +39,8 @@ pub(crate) struct Report {
 pub(crate) struct FrontRung {
     /// Most rigs that colour a pixel.
     pub(crate) rigs: usize,
-    /// Most points of a frame; `null` for no limit.
-    pub(crate) frame_points: Option<u64>,
+    /// Share of the points that a view meets.
+    pub(crate) points_share: f32,
     /// Depths tried where nothing is known; `null` where such pixels stay empty.
     pub(crate) inferred_hypotheses: Option<u32>,
     /// Whether photographs are aligned.
@@ -176,6 +176,8 @@ impl Report {
 impl Row {
     /// The pass that stands for all of them.
     pub(crate) const FRAME: &'static str = "frame";
+    /// The method of rows that compare with f64 instead of the most exact frame.
+    pub(crate) const AGAINST_F64: &'static str = "against f64";
 
     /// What is varied, in one line.
     pub(crate) fn label(method: &str, setting: &str) -> String {

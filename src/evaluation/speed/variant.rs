@@ -2,7 +2,7 @@
 
 use flaneur_renderer::{Settings, SplatNormals, SplatRoute, Texturing};
 
-use super::ladder::{self, EIGHTHS, HYPOTHESES, RESOLUTIONS, RIGS, Rung};
+use super::ladder::{HYPOTHESES, POINTS, RESOLUTIONS, RIGS, Rung};
 
 /// Side of the most exact frame's depth maps, texels.
 const LARGEST_MAP: u32 = 1024;
@@ -12,8 +12,8 @@ const LARGEST_MAP: u32 = 1024;
 pub(crate) enum Feed {
     /// Everything, at the levels that the view can show.
     Whole,
-    /// The same, and points have normals.
-    Normals,
+    /// The same, for a renderer whose points face the eye.
+    FacingEye,
     /// Photographs hold at most this share, as one part of so many, of the pixels of the whole.
     CoarserImages(u32),
     /// The whole, and what lies behind the eye.
@@ -40,17 +40,17 @@ fn most_exact(base: Settings) -> Settings {
         depth_test: true,
         refine_by_points: true,
         near_first: true,
-        splat_normals: SplatNormals::Eye,
+        splat_normals: SplatNormals::Estimated,
         splat_route: SplatRoute::Auto,
         quads_from_px: None,
         texturing: Texturing::Deferred,
         exposure_gains: true,
-        ..Rung::default().settings(base, 0)
+        ..Rung::default().settings(base)
     }
 }
 
-/// Everything that is compared, the most exact first. `points` are those that the views meet.
-pub(crate) fn variants(base: Settings, points: u64, has_atomic_64: bool) -> Vec<Variant> {
+/// Everything that is compared, the most exact first.
+pub(crate) fn variants(base: Settings, has_atomic_64: bool) -> Vec<Variant> {
     let exact = most_exact(base);
     let variant = |method, setting: &dyn ToString, settings| Variant {
         method,
@@ -76,10 +76,8 @@ pub(crate) fn variants(base: Settings, points: u64, has_atomic_64: bool) -> Vec<
         Settings { refine_by_points: false, ..exact },
     ));
     all.push(variant("depth test", &"off", Settings { depth_test: false, ..exact }));
-    for &eighths in &EIGHTHS[1..] {
-        let frame_points = ladder::frame_points(points, eighths);
-        let settings = Settings { frame_points, ..exact };
-        all.push(variant("points", &format!("{eighths}/8"), settings));
+    for &points_share in &POINTS[1..] {
+        all.push(variant("points", &points_share, Settings { points_share, ..exact }));
     }
     for &resolution in &RESOLUTIONS[1..] {
         all.push(variant("resolution", &resolution, Settings { resolution, ..exact }));
@@ -109,8 +107,8 @@ pub(crate) fn variants(base: Settings, points: u64, has_atomic_64: bool) -> Vec<
     for (name, splat_route) in routes {
         all.push(variant("splat route", &name, Settings { splat_route, ..exact }));
     }
-    let estimated = Settings { splat_normals: SplatNormals::Estimated, ..exact };
-    all.push(Variant { feed: Feed::Normals, ..variant("splat normals", &"estimated", estimated) });
+    let facing_eye = Settings { splat_normals: SplatNormals::Eye, ..exact };
+    all.push(Variant { feed: Feed::FacingEye, ..variant("splat normals", &"eye", facing_eye) });
     for parts in [4, 16] {
         let images = variant("image pixels", &format!("1/{parts}"), exact);
         all.push(Variant { feed: Feed::CoarserImages(parts), ..images });
@@ -125,7 +123,7 @@ mod tests {
     /// A variant that changes nothing would be reported as having no effect.
     #[test]
     fn each_variant_differs_from_all_others() {
-        let all = variants(Settings::default(), 1_000_000, true);
+        let all = variants(Settings::default(), true);
         for (index, a) in all.iter().enumerate() {
             for b in &all[..index] {
                 assert!((a.method, &a.setting) != (b.method, &b.setting), "{a:?}");
@@ -136,19 +134,17 @@ mod tests {
             }
         }
         assert_eq!(all[0].method, "most exact");
-        assert!(variants(Settings::default(), 0, false).len() == all.len() - 1);
+        assert!(variants(Settings::default(), false).len() == all.len() - 1);
     }
 
     #[test]
     fn nothing_is_more_exact_than_the_first() {
-        let all = variants(Settings::default(), 8000, false);
+        let all = variants(Settings::default(), false);
         let exact = all[0].settings;
         for Variant { settings, .. } in &all {
             assert!(settings.rigs <= exact.rigs && settings.resolution <= exact.resolution);
             assert!(settings.depth_map_side <= exact.depth_map_side);
-            assert!(settings.frame_points <= exact.frame_points);
+            assert!(settings.points_share <= exact.points_share);
         }
-        let points = all.iter().filter(|v| v.method == "points").map(|v| v.settings.frame_points);
-        assert!(points.eq([6000, 4000, 2000, 1000]));
     }
 }

@@ -1,0 +1,63 @@
+//! The rungs: the front that was measured, and what lies between.
+
+use std::sync::LazyLock;
+
+use super::Rung;
+use super::front::FRONT;
+
+/// Rungs take at least this share of the time of the one above, where settings can be found that
+/// lie between: the band in which a budget is held is wider.
+const CLOSE: f64 = 0.9;
+
+/// All rungs, the most exact first.
+pub(super) static LADDER: LazyLock<Vec<Rung>> = LazyLock::new(|| between(FRONT));
+
+/// The rungs of `front`, and as many between two of them as it takes for each to be close to the one
+/// above. What only is or is not cannot be divided: it changes with the lower one.
+fn between(front: &[Rung]) -> Vec<Rung> {
+    let mut ladder: Vec<Rung> = front.first().copied().into_iter().collect();
+    for pair in front.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        let parts = ((b.ms / a.ms).ln() / CLOSE.ln()).ceil().max(1.0) as u32;
+        for part in 1..parts {
+            let t = f64::from(part) / f64::from(parts);
+            let geometric = |a: f32, b: f32| a * (b / a).powf(t as f32);
+            let rung = Rung {
+                rigs: (a.rigs as f64 + t * (b.rigs as f64 - a.rigs as f64)).round() as usize,
+                points: geometric(a.points, b.points),
+                resolution: geometric(a.resolution, b.resolution),
+                ms: a.ms * (b.ms / a.ms).powf(t),
+                ..a
+            };
+            let differs = |last: &Rung| Rung { ms: 0.0, ..*last } != Rung { ms: 0.0, ..rung };
+            if ladder.last().is_some_and(differs) {
+                ladder.push(rung);
+            }
+        }
+        ladder.push(b);
+    }
+    ladder
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rung;
+    use super::*;
+
+    #[test]
+    fn gaps_are_filled_where_they_can_be() {
+        let front = [
+            rung(16, 1.0, Some(7), true, 1.0, 100.0),
+            rung(16, 1.0, Some(7), true, 0.5, 50.0),
+            rung(16, 1.0, Some(7), false, 0.5, 20.0),
+            rung(4, 0.25, Some(7), false, 0.5, 10.0),
+        ];
+        let ladder = between(&front);
+        let of = |ms: f64| ladder.iter().position(|rung| rung.ms == ms).expect("of the front");
+        assert!(of(50.0) >= 6 && of(20.0) == of(50.0) + 1 && ladder.len() - of(20.0) >= 6);
+        let half = &ladder[of(50.0) / 2];
+        assert!(half.resolution < 0.8 && half.resolution > 0.6 && half.ms > 60.0, "{half:?}");
+        let last = &ladder[ladder.len() - 2];
+        assert!(last.rigs > 4 && last.rigs < 8 && last.points < 0.4, "{last:?}");
+    }
+}
