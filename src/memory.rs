@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use clap::Args;
 use flaneur_renderer::MemoryReport;
-use flaneur_streamer::Budget;
+use flaneur_streamer::FetchLimits;
 use serde::{Serialize, Serializer};
 
 /// Memory that a command may take.
@@ -36,15 +36,15 @@ impl GpuMemory {
         self.gpu_memory.bytes()
     }
 
-    /// The limits of `budget`, or what fits into the memory where that is less.
-    pub(crate) fn fitted(self, budget: Budget) -> Budget {
+    /// `limits`, or what fits into the memory where that is less.
+    pub(crate) fn fitted(self, limits: FetchLimits) -> FetchLimits {
         // See `Settings::gpu_memory_bytes`. With its levels a pixel takes 16 / 3 bytes; shelves
         // and blocks are never full.
         let (for_images, for_points) = (self.bytes() / 16 * 6, self.bytes() / 16 * 3);
-        Budget {
-            image_pixels: budget.image_pixels.min(for_images / 8),
-            points: budget.points.min(for_points / 24),
-            ..budget
+        FetchLimits {
+            image_pixels: limits.image_pixels.min(for_images / 8),
+            points: limits.points.min(for_points / 24),
+            ..limits
         }
     }
 }
@@ -112,8 +112,8 @@ mod tests {
     #[test]
     fn a_view_asks_for_no_more_than_fits() {
         let memory = |text: &str| GpuMemory { gpu_memory: text.parse().expect("an amount") };
-        assert_eq!(memory("8GiB").fitted(Budget::default()), Budget::default());
-        let fitted = memory("256MiB").fitted(Budget::default());
+        assert_eq!(memory("8GiB").fitted(FetchLimits::default()), FetchLimits::default());
+        let fitted = memory("256MiB").fitted(FetchLimits::default());
         assert!(fitted.points * 16 < (256 << 20) * 3 / 16 && fitted.points > 1_000_000);
         assert!(fitted.image_pixels * 16 / 3 < (256 << 20) * 6 / 16);
     }

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use flaneur_scene::{ImageId, PointNodeId, Region, SceneUpdate, TileKey, View};
 use flaneur_services::grpc::in_process;
 use flaneur_services::store::{Catalog, Store};
-use flaneur_streamer::{Budget, Event, Progress, StreamError, Streamer, ViewRequest};
+use flaneur_streamer::{Event, FetchLimits, Progress, StreamError, Streamer, ViewRequest};
 use futures::{StreamExt, TryStreamExt};
 use glam::{DVec3, UVec2};
 use street::SampleStreet;
@@ -83,7 +83,7 @@ async fn a_scene_streams() {
     let street = SampleStreet::ingested("streaming").await;
     order_is_sensible(&street).await;
     the_outcome_does_not_depend_on_what_was_before(&street).await;
-    budgets_and_exclusions_hold(&street).await;
+    limits_and_exclusions_hold(&street).await;
     normals_come_where_they_are_asked_for(&street).await;
     cancelling_ends_the_stream(&street).await;
     unknown_scenes_are_named(&street).await;
@@ -137,17 +137,17 @@ async fn the_outcome_does_not_depend_on_what_was_before(street: &SampleStreet) {
     let mut walker = streamer(street).await;
     let eyes = eyes(&walker).await;
     // So tight that what is near one end is not wanted at the other.
-    let budget = Budget {
+    let limits = FetchLimits {
         mesh_radius_m: 20.0,
         panoramas: 2,
         points: 20_000,
         point_radius_m: 15.0,
-        ..Budget::default()
+        ..FetchLimits::default()
     };
     let mut held = Held::default();
     let mut dropped = 0;
     for (eye, heading) in [(eyes[0], 1.5), (eyes[eyes.len() - 1], 4.0), (eyes[1], 0.0)] {
-        let request = ViewRequest { budget, ..ViewRequest::new(view(eye, heading)) };
+        let request = ViewRequest { limits, ..ViewRequest::new(view(eye, heading)) };
         let (steps, _) = updates(&mut walker, request.clone()).await;
         held.apply(&steps);
         let is_drop = |u: &&SceneUpdate| {
@@ -164,7 +164,7 @@ async fn the_outcome_does_not_depend_on_what_was_before(street: &SampleStreet) {
     assert!(dropped > 0, "the walk left something behind");
 }
 
-async fn budgets_and_exclusions_hold(street: &SampleStreet) {
+async fn limits_and_exclusions_hold(street: &SampleStreet) {
     let mut streamer = streamer(street).await;
     let eye = eyes(&streamer).await[0];
     let all = ViewRequest::new(view(eye, 1.5));
@@ -173,7 +173,7 @@ async fn budgets_and_exclusions_hold(street: &SampleStreet) {
     let excluded = held.images.keys().next().expect("some").clone();
     let gone = excluded.clone();
     let request = ViewRequest {
-        budget: Budget { points: 3000, image_pixels: 100_000, ..Budget::default() },
+        limits: FetchLimits { points: 3000, image_pixels: 100_000, ..FetchLimits::default() },
         excluded: std::sync::Arc::new(move |id| *id == gone),
         ..all
     };

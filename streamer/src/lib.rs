@@ -24,21 +24,21 @@
 //! # }
 //! ```
 
-mod budget;
 mod choose;
 mod client;
 mod decode;
 mod error;
 mod event;
 mod fetch;
+mod limits;
 mod request;
 mod resident;
 mod streamer;
 mod traffic;
 
-pub use budget::Budget;
 pub use client::Client;
 pub use error::StreamError;
 pub use event::{Event, Progress};
+pub use limits::FetchLimits;
 pub use request::ViewRequest;
 pub use streamer::{Events, Streamer};

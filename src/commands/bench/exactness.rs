@@ -4,7 +4,7 @@ use flaneur_renderer::reference::Scene;
 use flaneur_renderer::{Mode, Renderer, Settings, Texturing};
 use flaneur_scene::{SceneUpdate, View};
 use flaneur_services::ingest::{Progress, Unit as Counted};
-use flaneur_streamer::{Budget, Event, ViewRequest};
+use flaneur_streamer::{Event, FetchLimits, ViewRequest};
 use futures::StreamExt;
 use glam::UVec2;
 
@@ -17,7 +17,7 @@ use crate::source::stream_exit;
 /// Size of the pictures: the reference asks a ray a pixel.
 const SIZE: UVec2 = UVec2::new(128, 64);
 /// As much of the scene as it goes through in seconds.
-const SMALL: Budget = Budget {
+const SMALL: FetchLimits = FetchLimits {
     mesh_radius_m: 60.0,
     panoramas: 2,
     panorama_radius_m: 60.0,
@@ -92,7 +92,7 @@ impl Session {
 
     async fn small_scene(&self, view: &View, context: &Context) -> Result<Vec<SceneUpdate>, Exit> {
         let mut streamer = self.source().streamer().await?;
-        let request = ViewRequest { budget: SMALL, normals: true, ..ViewRequest::new(*view) };
+        let request = ViewRequest { limits: SMALL, normals: true, ..ViewRequest::new(*view) };
         let mut events = streamer.stream(request, &context.cancel);
         let mut updates = Vec::new();
         while let Some(event) = events.next().await {

@@ -4,7 +4,7 @@ use flaneur_renderer::{
     Frame, Gpu, MemoryReport, Mode, PassTime, Renderer, Settings, SplatNormals,
 };
 use flaneur_scene::{SceneUpdate, View};
-use flaneur_streamer::{Budget, Event, Streamer, ViewRequest};
+use flaneur_streamer::{Event, FetchLimits, Streamer, ViewRequest};
 use futures::StreamExt;
 
 use super::Context;
@@ -46,19 +46,19 @@ impl Fed {
         rigs: usize,
         context: &Context,
     ) -> Result<(), Exit> {
-        let budget = Budget { panoramas: rigs, ..Budget::default() };
-        let mut budget = self.gpu_memory.fitted(budget);
+        let limits = FetchLimits { panoramas: rigs, ..FetchLimits::default() };
+        let mut limits = self.gpu_memory.fitted(limits);
         self.renderer.expect_eye(view.eye());
         match self.feed {
-            Feed::CoarserImages(parts) => budget.image_pixels /= u64::from(parts),
+            Feed::CoarserImages(parts) => limits.image_pixels /= u64::from(parts),
             Feed::AndBehind => {
                 // What it held is gone first; what is behind stays when the view ahead comes.
-                self.stream(&behind(view), budget, true, context).await?;
-                return self.stream(view, budget, false, context).await;
+                self.stream(&behind(view), limits, true, context).await?;
+                return self.stream(view, limits, false, context).await;
             }
             Feed::Whole | Feed::FacingEye => {}
         }
-        self.stream(view, budget, true, context).await
+        self.stream(view, limits, true, context).await
     }
 
     /// Renders with `settings` once for nobody, then `repeats` times as a whole, then pass by pass.
@@ -122,11 +122,11 @@ impl Fed {
         rigs: usize,
         context: &Context,
     ) -> Result<(), Exit> {
-        let budget = Budget { panoramas: rigs, ..Budget::default() };
-        let budget = self.gpu_memory.fitted(budget);
+        let limits = FetchLimits { panoramas: rigs, ..FetchLimits::default() };
+        let limits = self.gpu_memory.fitted(limits);
         for view in path {
             self.renderer.expect_eye(view.eye());
-            self.stream(view, budget, false, context).await?;
+            self.stream(view, limits, false, context).await?;
         }
         Ok(())
     }
@@ -139,12 +139,12 @@ impl Fed {
     async fn stream(
         &mut self,
         view: &View,
-        budget: Budget,
+        limits: FetchLimits,
         drops: bool,
         context: &Context,
     ) -> Result<(), Exit> {
         let normals = self.renderer.settings().splat_normals == SplatNormals::Estimated;
-        let request = ViewRequest { budget, normals, ..ViewRequest::new(*view) };
+        let request = ViewRequest { limits, normals, ..ViewRequest::new(*view) };
         let mut events = self.streamer.stream(request, &context.cancel);
         while let Some(event) = events.next().await {
             let Event::Update(update) = event.map_err(stream_exit)? else { continue };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use flaneur_renderer::{Gpu, Settings};
 use flaneur_scene::{ImageId, View};
 use flaneur_services::ingest::{Progress, Unit};
-use flaneur_streamer::{Budget, Event, Streamer, ViewRequest};
+use flaneur_streamer::{Event, FetchLimits, Streamer, ViewRequest};
 use futures::StreamExt;
 
 use super::contender::Contenders;
@@ -137,7 +137,7 @@ impl Session {
         let request = ViewRequest {
             excluded: Arc::new(move |id| !sources.contains(id)),
             normals: self.contenders.take_normals(),
-            budget: self.gpu_memory.fitted(Budget::default()),
+            limits: self.gpu_memory.fitted(FetchLimits::default()),
             ..ViewRequest::new(View::from(target.camera))
         };
         let mut events = self.streamer.stream(request, &context.cancel);

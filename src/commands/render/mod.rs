@@ -13,7 +13,7 @@ use flaneur_renderer::{
 };
 use flaneur_scene::{SceneInfo, View};
 use flaneur_services::ingest::{Progress, Unit};
-use flaneur_streamer::{Budget, Event, Streamer, ViewRequest};
+use flaneur_streamer::{Event, FetchLimits, Streamer, ViewRequest};
 use futures::StreamExt;
 
 use super::Context;
@@ -192,7 +192,7 @@ async fn fetch(
     let without = arguments.without.clone();
     let request = ViewRequest {
         excluded: Arc::new(move |id| without.iter().any(|pattern| pattern.matches(id))),
-        budget: arguments.gpu_memory.fitted(Budget::default()),
+        limits: arguments.gpu_memory.fitted(FetchLimits::default()),
         normals: renderer.settings().splat_normals == SplatNormals::Estimated,
         ..ViewRequest::new(*view)
     };
@@ -223,7 +223,7 @@ async fn fetch(
 /// Says so where a view stands so far outside of the scene that next to nothing of it is fetched.
 fn warn_if_far(scene: &SceneInfo, view: &View) {
     let (outside_m, reach_m) =
-        (scene.bounds.distance(view.eye()), Budget::default().point_radius_m);
+        (scene.bounds.distance(view.eye()), FetchLimits::default().point_radius_m);
     if outside_m > reach_m {
         tracing::warn!(
             "the view stands {outside_m:.0} m outside of the scene {:?}; points and photographs are \

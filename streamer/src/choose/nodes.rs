@@ -7,7 +7,7 @@ use flaneur_proto::FieldError;
 use flaneur_scene::{Node, NodeKey, PointNodeId, PointSource, View};
 
 use super::cone::ViewCone;
-use crate::Budget;
+use crate::FetchLimits;
 use crate::client::HierarchyEntry;
 
 /// How much less a node counts that the view does not see. It still hides things from
@@ -74,18 +74,18 @@ impl Hierarchy {
 /// A node's importance is the distance in pixels between its points, as they would appear at
 /// the nearest point of its cell, a quarter of that where the view does not see it. It halves at
 /// least from a node to its children, so that every node follows its ancestors. A node
-/// is wanted while its parent's points appear more than [`Budget::point_spacing_px`] apart, it
-/// lies within the radius, and the budget of points lasts.
+/// is wanted while its parent's points appear more than [`FetchLimits::point_spacing_px`] apart, it
+/// lies within the radius, and the limit of points is not reached.
 pub(crate) fn choose_nodes(
     hierarchy: &Hierarchy,
     sources: &[PointSource],
     view: &View,
-    budget: &Budget,
+    limits: &FetchLimits,
 ) -> Result<Vec<WantedNode>, Vec<PointNodeId>> {
     let measure = Measure { view, cone: ViewCone::new(view), sources };
     let mut queue = BinaryHeap::new();
     for source in 0..u16::try_from(sources.len()).unwrap_or(u16::MAX) {
-        queue.extend(measure.candidate(PointNodeId { source, key: NodeKey::ROOT }, budget));
+        queue.extend(measure.candidate(PointNodeId { source, key: NodeKey::ROOT }, limits));
     }
     let (mut wanted, mut missing, mut points) = (Vec::new(), Vec::new(), 0u64);
     while let Some(candidate) = queue.pop() {
@@ -103,18 +103,18 @@ pub(crate) fn choose_nodes(
             None => continue,
         };
         points += u64::from(node.point_count);
-        if points > budget.points {
+        if points > limits.points {
             break;
         }
         if node.point_count > 0 {
             wanted.push(WantedNode { id, node });
         }
-        let refined = candidate.spacing_px > budget.point_spacing_px;
+        let refined = candidate.spacing_px > limits.point_spacing_px;
         if refined && id.key.level < NodeKey::MAX_LEVEL {
             for key in id.key.children() {
                 let child = PointNodeId { source: id.source, key };
                 if hierarchy.entries.contains_key(&child) {
-                    queue.extend(measure.candidate(child, budget));
+                    queue.extend(measure.candidate(child, limits));
                 }
             }
         }
@@ -130,11 +130,11 @@ struct Measure<'a> {
 
 impl Measure<'_> {
     /// The node with its importance, `None` beyond the radius.
-    fn candidate(&self, id: PointNodeId, budget: &Budget) -> Option<Candidate> {
+    fn candidate(&self, id: PointNodeId, limits: &FetchLimits) -> Option<Candidate> {
         let cube = &self.sources.get(usize::from(id.source))?.cube;
         let bounds = cube.node_bounds(id.key);
         let distance = bounds.distance(self.view.eye());
-        if !(distance <= budget.point_radius_m) {
+        if !(distance <= limits.point_radius_m) {
             return None;
         }
         let seen = if self.cone.meets(&bounds) { 1.0 } else { UNSEEN };

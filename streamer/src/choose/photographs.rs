@@ -9,7 +9,7 @@ use flaneur_scene::{
 };
 use glam::{DVec2, DVec3, UVec2};
 
-use crate::Budget;
+use crate::FetchLimits;
 
 /// Points of the view, along x, y and depth, at which photographs are compared with it.
 const GRID: UVec2 = UVec2::new(16, 9);
@@ -70,13 +70,13 @@ impl WantedImage {
 
 /// The images that `view` wants, nearest panorama first, without those that `excluded` names.
 ///
-/// `panoramas` are candidates in any order, of which the nearest [`Budget::panoramas`] count.
-/// Where the levels wanted hold more than [`Budget::image_pixels`], all are taken coarser
+/// `panoramas` are candidates in any order, of which the nearest [`FetchLimits::panoramas`] count.
+/// Where the levels wanted hold more than [`FetchLimits::image_pixels`], all are taken coarser
 /// alike, and the farthest left out where that does not help.
 pub(crate) fn choose_photographs(
     panoramas: Vec<Arc<Panorama>>,
     view: &View,
-    budget: &Budget,
+    limits: &FetchLimits,
     excluded: &(dyn Fn(&ImageId) -> bool + Send + Sync),
 ) -> Result<Vec<WantedImage>, IdError> {
     let mut panoramas = panoramas;
@@ -86,7 +86,7 @@ pub(crate) fn choose_photographs(
     let samples = Samples::new(view);
     let (mut wanted, mut rigs) = (Vec::new(), 0);
     for panorama in panoramas {
-        if rigs == budget.panoramas {
+        if rigs == limits.panoramas {
             break;
         }
         let images = images_of(&panorama, &samples, excluded)?;
@@ -97,7 +97,7 @@ pub(crate) fn choose_photographs(
         (image.level + bias).min(image.rig_camera().levels.saturating_sub(1))
     };
     let total = |bias: u32| -> u64 { wanted.iter().map(|i| i.pixels(finest(i, bias))).sum() };
-    let bias = (0..32).find(|&bias| total(bias) <= budget.image_pixels).unwrap_or(32);
+    let bias = (0..32).find(|&bias| total(bias) <= limits.image_pixels).unwrap_or(32);
     for image in &mut wanted {
         image.level = finest(image, bias);
         image.first_level = image.first_level.max(image.level);
@@ -106,7 +106,7 @@ pub(crate) fn choose_photographs(
     let mut pixels = 0;
     wanted.retain(|image| {
         pixels += image.pixels(image.level);
-        pixels <= budget.image_pixels
+        pixels <= limits.image_pixels
     });
     Ok(wanted)
 }

@@ -41,7 +41,7 @@ impl Fetch {
         if self.scene.panoramas == 0 {
             return Ok(Vec::new());
         }
-        let radius_m = request.budget.panorama_radius_m;
+        let radius_m = request.limits.panorama_radius_m;
         let disc = Region::Disc { centre: request.view.eye().truncate(), radius_m };
         let mut panoramas = std::pin::pin!(self.client.panoramas(disc).await?);
         let mut candidates: Vec<Arc<Panorama>> = Vec::new();
@@ -50,11 +50,11 @@ impl Fetch {
             if !photographs.iter().all(|(id, _)| (request.excluded)(id)) {
                 candidates.push(Arc::new(panorama));
             }
-            if candidates.len() == CANDIDATES * request.budget.panoramas {
+            if candidates.len() == CANDIDATES * request.limits.panoramas {
                 break;
             }
         }
-        choose_photographs(candidates, &request.view, &request.budget, &*request.excluded)
+        choose_photographs(candidates, &request.view, &request.limits, &*request.excluded)
             .map_err(|e| bad_id(&e))
     }
 

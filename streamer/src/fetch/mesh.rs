@@ -31,7 +31,7 @@ impl Fetch {
 
     async fn ground(&self, outlet: &Outlet<'_>) -> Result<BTreeSet<TileKey>, StreamError> {
         let centre = self.request.view.eye().truncate();
-        let radius_m = self.request.budget.mesh_radius_m;
+        let radius_m = self.request.limits.mesh_radius_m;
         let mut tiles = self.client.ground(Region::Disc { centre, radius_m }).await?;
         tiles.sort_by(|a, b| {
             let distance = |tile: &flaneur_scene::GroundTile| tile.bounds().distance(centre);
@@ -54,7 +54,7 @@ impl Fetch {
     async fn buildings(&self, outlet: &Outlet<'_>) -> Result<BTreeSet<TileKey>, StreamError> {
         let centre = self.request.view.eye().truncate();
         let nearest_first =
-            wanted_tiles(centre, self.request.budget.mesh_radius_m, &self.scene.bounds.plan());
+            wanted_tiles(centre, self.request.limits.mesh_radius_m, &self.scene.bounds.plan());
         let wanted: BTreeSet<TileKey> = nearest_first.iter().copied().collect();
         let missing: BTreeSet<TileKey> = {
             let empty = self.known.empty_tiles.lock().unwrap_or_else(PoisonError::into_inner);

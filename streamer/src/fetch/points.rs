@@ -22,7 +22,7 @@ impl Fetch {
         let mut hierarchy = self.known.hierarchy.lock().await;
         loop {
             let request = &self.request;
-            let missing = match choose_nodes(&hierarchy, sources, &request.view, &request.budget) {
+            let missing = match choose_nodes(&hierarchy, sources, &request.view, &request.limits) {
                 Ok(wanted) => return Ok(wanted),
                 Err(missing) => missing,
             };

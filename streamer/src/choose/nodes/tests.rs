@@ -48,7 +48,7 @@ fn loaded(entries: Vec<HierarchyEntry>) -> Hierarchy {
 }
 
 proptest! {
-    /// Wherever one stands and looks: ancestors first, importance falling, the budget kept,
+    /// Wherever one stands and looks: ancestors first, importance falling, the limits kept,
     /// and the same choice every time.
     #[test]
     fn coarse_comes_before_fine(
@@ -60,8 +60,8 @@ proptest! {
         let sources = [source(DVec3::ZERO)];
         let view =
             View::look(DVec3::new(x, y, z), heading, pitch, fov, UVec2::new(640, 320));
-        let budget = Budget { points, point_radius_m: radius, ..Budget::default() };
-        let wanted = choose_nodes(&hierarchy, &sources, &view, &budget).expect("all is loaded");
+        let limits = FetchLimits { points, point_radius_m: radius, ..FetchLimits::default() };
+        let wanted = choose_nodes(&hierarchy, &sources, &view, &limits).expect("all is loaded");
         let mut seen = std::collections::HashSet::new();
         let measure = Measure { view: &view, cone: ViewCone::new(&view), sources: &sources };
         let mut last = f64::INFINITY;
@@ -71,13 +71,13 @@ proptest! {
                 prop_assert!(seen.contains(&parent), "{:?} before its parent", id.key);
             }
             prop_assert!(seen.insert(id.key), "{:?} twice", id.key);
-            let spacing = measure.candidate(*id, &budget).expect("within the radius").spacing_px;
+            let spacing = measure.candidate(*id, &limits).expect("within the radius").spacing_px;
             prop_assert!(spacing <= last);
             last = spacing;
         }
         let total: u64 = wanted.iter().map(|w| u64::from(w.node.point_count)).sum();
         prop_assert!(total <= points);
-        prop_assert_eq!(choose_nodes(&hierarchy, &sources, &view, &budget), Ok(wanted));
+        prop_assert_eq!(choose_nodes(&hierarchy, &sources, &view, &limits), Ok(wanted));
     }
 }
 
@@ -86,10 +86,10 @@ fn refinement_ends_where_points_appear_close_enough() {
     let hierarchy = loaded(street(5, 100));
     let sources = [source(DVec3::ZERO)];
     let view = View::look(DVec3::new(0.0, -60.0, 2.0), 0.0, 0.0, 1.0, UVec2::new(640, 320));
-    let all = Budget { points: u64::MAX, ..Budget::default() };
+    let all = FetchLimits { points: u64::MAX, ..FetchLimits::default() };
     let finest = |spacing_px: f64| {
-        let budget = Budget { point_spacing_px: spacing_px, ..all };
-        let wanted = choose_nodes(&hierarchy, &sources, &view, &budget).expect("loaded");
+        let limits = FetchLimits { point_spacing_px: spacing_px, ..all };
+        let wanted = choose_nodes(&hierarchy, &sources, &view, &limits).expect("loaded");
         (wanted.iter().map(|w| w.id.key.level).max(), wanted.len())
     };
     assert_eq!(finest(1e9), (Some(0), 1));
@@ -115,10 +115,10 @@ fn pages_are_asked_for_and_change_nothing() {
     let mut paged = loaded(top);
     let sources = [source(DVec3::ZERO)];
     let view = View::look(DVec3::new(0.0, -60.0, 2.0), 0.3, 0.0, 1.0, UVec2::new(640, 320));
-    let budget = Budget { points: 12_000, ..Budget::default() };
+    let limits = FetchLimits { points: 12_000, ..FetchLimits::default() };
     let mut rounds = 0;
     let wanted = loop {
-        match choose_nodes(&paged, &sources, &view, &budget) {
+        match choose_nodes(&paged, &sources, &view, &limits) {
             Ok(wanted) => break wanted,
             Err(missing) => {
                 for page in missing {
@@ -132,7 +132,7 @@ fn pages_are_asked_for_and_change_nothing() {
         assert!(rounds < 100);
     };
     assert!(rounds > 0, "pages were needed");
-    assert_eq!(Ok(wanted), choose_nodes(&loaded(entries), &sources, &view, &budget));
+    assert_eq!(Ok(wanted), choose_nodes(&loaded(entries), &sources, &view, &limits));
 }
 
 #[test]
@@ -152,5 +152,5 @@ fn entries_outside_their_page_are_refused() {
     hierarchy.insert(root(0), Vec::new()).expect("empty");
     let view = View::look(DVec3::ZERO, 0.0, 0.0, 1.0, UVec2::new(64, 64));
     let sources = [source(DVec3::ZERO)];
-    assert_eq!(choose_nodes(&hierarchy, &sources, &view, &Budget::default()), Ok(Vec::new()));
+    assert_eq!(choose_nodes(&hierarchy, &sources, &view, &FetchLimits::default()), Ok(Vec::new()));
 }

@@ -43,8 +43,8 @@ fn north() -> View {
     View::look(EYE, 0.0, 0.0, PI / 3.0, UVec2::new(1024, 512))
 }
 
-fn choose(panoramas: Vec<Arc<Panorama>>, budget: &Budget) -> Vec<WantedImage> {
-    choose_photographs(panoramas, &north(), budget, &|_| false).expect("names are good")
+fn choose(panoramas: Vec<Arc<Panorama>>, limits: &FetchLimits) -> Vec<WantedImage> {
+    choose_photographs(panoramas, &north(), limits, &|_| false).expect("names are good")
 }
 
 fn ids(wanted: &[WantedImage]) -> Vec<String> {
@@ -56,7 +56,7 @@ fn cameras_that_see_nothing_of_the_view_are_left_out() {
     let rig = || vec![camera("north", 0.0, 1024), camera("south", PI, 1024)];
     let behind = panorama("behind", DVec3::Y * -5.0, rig());
     let ahead = panorama("ahead", DVec3::Y * 20.0, rig());
-    let wanted = choose(vec![ahead, behind], &Budget::default());
+    let wanted = choose(vec![ahead, behind], &FetchLimits::default());
     // From behind only the camera that looks the same way sees what the view sees; from ahead
     // both do.
     assert_eq!(ids(&wanted), ["behind/north", "ahead/north", "ahead/south"]);
@@ -67,10 +67,10 @@ fn the_nearest_panoramas_count_whatever_their_order() {
     let all: Vec<_> = (1..=9)
         .map(|i| panorama(&format!("p{i}"), DVec3::Y * f64::from(i), vec![camera("c", 0.0, 512)]))
         .collect();
-    let budget = Budget { panoramas: 3, ..Budget::default() };
-    let forward = ids(&choose(all.clone(), &budget));
+    let limits = FetchLimits { panoramas: 3, ..FetchLimits::default() };
+    let forward = ids(&choose(all.clone(), &limits));
     assert_eq!(forward, ["p1/c", "p2/c", "p3/c"]);
-    assert_eq!(ids(&choose(all.into_iter().rev().collect(), &budget)), forward);
+    assert_eq!(ids(&choose(all.into_iter().rev().collect(), &limits)), forward);
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn the_level_is_the_coarsest_that_is_sharp_enough() {
     let level = |side| {
         choose(
             vec![panorama("p", DVec3::Y * -0.5, vec![camera("c", 0.0, side)])],
-            &Budget::default(),
+            &FetchLimits::default(),
         )[0]
         .level
     };
@@ -93,18 +93,18 @@ fn too_many_pixels_make_all_coarser() {
     let all: Vec<_> = (1..=4)
         .map(|i| panorama(&format!("p{i}"), DVec3::Y * f64::from(-i), vec![camera("c", 0.0, 512)]))
         .collect();
-    let budget = Budget { image_pixels: 4 * 256 * 256, ..Budget::default() };
-    let wanted = choose(all.clone(), &budget);
+    let limits = FetchLimits { image_pixels: 4 * 256 * 256, ..FetchLimits::default() };
+    let wanted = choose(all.clone(), &limits);
     assert!(wanted.iter().all(|image| image.level == 1) && wanted.len() == 4);
     // Not even the coarsest levels of all fit: the farthest go.
-    let budget = Budget { image_pixels: 2 * 16 * 16, ..budget };
-    assert_eq!(ids(&choose(all, &budget)), ["p1/c", "p2/c"]);
+    let limits = FetchLimits { image_pixels: 2 * 16 * 16, ..limits };
+    assert_eq!(ids(&choose(all, &limits)), ["p1/c", "p2/c"]);
 }
 
 #[test]
 fn a_sphere_gives_the_faces_that_matter_and_can_be_left_out_in_part() {
     let at = panorama("s", DVec3::Y * -0.5, vec![sphere("sphere", 2048)]);
-    let wanted = choose(vec![Arc::clone(&at)], &Budget::default());
+    let wanted = choose(vec![Arc::clone(&at)], &FetchLimits::default());
     assert_eq!(wanted.len(), 1);
     assert!(ids(&wanted).contains(&"s/front".to_owned()));
     assert!(!ids(&wanted).contains(&"s/back".to_owned()), "{:?}", ids(&wanted));
@@ -113,7 +113,7 @@ fn a_sphere_gives_the_faces_that_matter_and_can_be_left_out_in_part() {
         assert_eq!((id.camera(), posed.lens), (face.name, CubeFace::lens(512)));
     }
     let without = |id: &ImageId| id.camera() == "front";
-    let wanted = choose_photographs(vec![at], &north(), &Budget::default(), &without);
+    let wanted = choose_photographs(vec![at], &north(), &FetchLimits::default(), &without);
     assert!(!ids(&wanted.expect("names are good")).contains(&"s/front".to_owned()));
 }
 
@@ -121,7 +121,7 @@ fn a_sphere_gives_the_faces_that_matter_and_can_be_left_out_in_part() {
 fn the_first_level_is_small_and_never_finer_than_the_wanted_one() {
     let wanted = choose(
         vec![panorama("p", DVec3::Y * -0.5, vec![camera("c", 0.0, 1024), camera("d", 0.1, 64)])],
-        &Budget::default(),
+        &FetchLimits::default(),
     );
     let levels: Vec<_> = wanted.iter().map(|w| (w.level, w.first_level)).collect();
     assert_eq!(levels, [(0, 3), (0, 0)]);

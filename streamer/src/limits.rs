@@ -2,7 +2,7 @@
 
 /// Limits of what is fetched and held for one view.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Budget {
+pub struct FetchLimits {
     /// Buildings and terrain within this distance of the eye, metres.
     pub mesh_radius_m: f64,
     /// Photographs of this many panoramas: the nearest that see what the view sees.
@@ -19,7 +19,7 @@ pub struct Budget {
     pub point_spacing_px: f64,
 }
 
-impl Default for Budget {
+impl Default for FetchLimits {
     /// What a machine without a graphics card renders in about a second.
     fn default() -> Self {
         Self {
