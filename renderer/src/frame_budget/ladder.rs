@@ -1,4 +1,4 @@
-//! The rungs: the front that was measured, and what lies between.
+//! The rungs: the front that was measured, what lies between, and what lies below.
 
 use std::sync::LazyLock;
 
@@ -9,8 +9,19 @@ use super::front::FRONT;
 /// lie between: the band in which a budget is held is wider.
 const CLOSE: f64 = 0.9;
 
+/// What the points become from one rung to the next below the front, and the sides of the picture …
+const FEWER: f32 = 0.8;
+const SMALLER: f32 = 0.95;
+/// … until so few are left.
+const FEWEST: f32 = 0.05;
+const SMALLEST: f32 = 0.2;
+
 /// All rungs, the most exact first.
-pub(super) static LADDER: LazyLock<Vec<Rung>> = LazyLock::new(|| between(FRONT));
+pub(super) static LADDER: LazyLock<Vec<Rung>> = LazyLock::new(|| {
+    let mut ladder = between(FRONT);
+    below(&mut ladder);
+    ladder
+});
 
 /// The rungs of `front`, and as many between two of them as it takes for each to be close to the one
 /// above. What only is or is not cannot be divided: it changes with the lower one.
@@ -39,10 +50,34 @@ fn between(front: &[Rung]) -> Vec<Rung> {
     ladder
 }
 
+/// Adds rungs for machines on which other things cost most than where the front was measured, and
+/// for those that are slower: points and pixels go down together. Photographs stay, for without
+/// them there would be holes.
+fn below(ladder: &mut Vec<Rung>) {
+    let goes_on = |rung: &Rung| rung.points > FEWEST || rung.resolution > SMALLEST;
+    while let Some(last) = ladder.last().copied().filter(goes_on) {
+        ladder.push(Rung {
+            points: (FEWER * last.points).max(FEWEST),
+            resolution: (SMALLER * last.resolution).max(SMALLEST),
+            ms: CLOSE * last.ms,
+            ..last
+        });
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::rung;
     use super::*;
+
+    #[test]
+    fn below_the_front_there_are_fewer_points_and_pixels() {
+        let mut ladder = vec![rung(4, 0.5, Some(3), false, 0.35, 50.0)];
+        below(&mut ladder);
+        let last = ladder.last().expect("some");
+        assert_eq!((last.rigs, last.points, last.resolution), (4, FEWEST, SMALLEST));
+        assert!(ladder.windows(2).all(|pair| pair[1].ms < pair[0].ms), "{ladder:?}");
+    }
 
     #[test]
     fn gaps_are_filled_where_they_can_be() {
