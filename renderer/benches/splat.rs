@@ -18,6 +18,7 @@ const EYE: DVec3 = DVec3::new(651_187.0, 6_861_353.0, 44.0);
 struct Scene {
     name: &'static str,
     spacing_m: f64,
+    spacings_m: Vec::new(),
     length_m: f64,
 }
 
@@ -124,6 +125,7 @@ impl Scene {
                     normals,
                     stations: PointStations::default(),
                     spacing_m: self.spacing_m as f32,
+                    spacings_m: Vec::new(),
                 }
             })
             .collect()

@@ -135,6 +135,7 @@ fn next_to_nothing_is_a_picture_too() {
         normals: Vec::new(),
         stations: PointStations::default(),
         spacing_m: 0.1,
+        spacings_m: Vec::new(),
     };
     empty.apply(points_update(chunk.clone())).expect("bad points are left out");
     let frame = empty.render(&view()).expect("a frame");
@@ -162,6 +163,7 @@ fn a_million_points_on_one_pixel_come_to_an_end() {
         normals: Vec::new(),
         stations: PointStations::default(),
         spacing_m: 0.01,
+        spacings_m: Vec::new(),
     };
     let mut renderer = renderer(Settings::default(), vec![points_update(chunk)]);
     let frame = renderer.render(&view()).expect("a frame");

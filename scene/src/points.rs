@@ -35,4 +35,6 @@ pub struct PointChunk {
     pub stations: PointStations,
     /// Typical distance between the points of this level, metres: sets the splat size.
     pub spacing_m: f32,
+    /// The same around each point; empty where it is not known.
+    pub spacings_m: Vec<f32>,
 }

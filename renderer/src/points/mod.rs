@@ -56,6 +56,8 @@ struct Chunk {
     spacing_m: f32,
     radius_m: f32,
     records: Vec<Record>,
+    /// The code of each record's radius, where nothing finer is around it.
+    radii: Vec<u8>,
     /// Of each block of records, in the world.
     boxes: Vec<Bounds3>,
     /// Of each block of records, whence its points were taken, in the world.
@@ -110,10 +112,11 @@ impl PointStore {
     ) -> Result<Change, RenderError> {
         check(chunk)?;
         let id = chunk.id;
-        let radius_m = (chunk.spacing_m * settings.splat_scale).min(settings.max_splat_radius_m);
-        let code = radius_code(radius_m);
-        let drawable = drawable(chunk, code, self.pages.with_normals());
-        let Drawable { records, normals, boxes, stations } = drawable;
+        let radius =
+            |spacing_m: f32| (spacing_m * settings.splat_scale).min(settings.max_splat_radius_m);
+        let radius_m = radius(chunk.spacing_m);
+        let drawable = drawable(chunk, radius, self.pages.with_normals());
+        let Drawable { records, radii, normals, boxes, stations } = drawable;
         let blocks = boxes.len() as u64;
         let replaced = self.chunks.get(&id).map_or(0, |chunk| chunk.boxes.len() as u64);
         let most = settings.shares().points / self.pages.block_bytes();
@@ -143,6 +146,7 @@ impl PointStore {
             spacing_m,
             radius_m,
             records,
+            radii,
             boxes,
             stations,
             places,
@@ -221,8 +225,7 @@ impl PointStore {
             .map(|chunk| (chunk.bounds, radius_code(chunk.radius_m)))
             .collect();
         let Some(chunk) = self.chunks.get_mut(&id) else { return };
-        let code = radius_code(chunk.radius_m);
-        if set_radii(&mut chunk.records, chunk.origin, within, code, &below) {
+        if set_radii(&mut chunk.records, &chunk.radii, chunk.origin, within, &below) {
             self.stale.insert(id);
         }
     }
@@ -233,6 +236,7 @@ fn check(chunk: &PointChunk) -> Result<(), RenderError> {
     let columns = [
         ("colours", chunk.colours.len()),
         ("normals", chunk.normals.len()),
+        ("spacings", chunk.spacings_m.len()),
         ("stations", chunk.stations.of_points.len()),
     ];
     for (column, length) in columns {

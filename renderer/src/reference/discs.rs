@@ -91,9 +91,10 @@ pub(super) fn points(
     chunks: &BTreeMap<PointNodeId, Arc<PointChunk>>,
     settings: &Settings,
 ) -> Vec<Point> {
-    let own_radius = |chunk: &PointChunk| {
-        f64::from((chunk.spacing_m * settings.splat_scale).min(settings.max_splat_radius_m))
+    let radius = |spacing_m: f32| {
+        f64::from((spacing_m * settings.splat_scale).min(settings.max_splat_radius_m))
     };
+    let own_radius = |chunk: &PointChunk| radius(chunk.spacing_m);
     let positions = |chunk: &PointChunk| -> Vec<(usize, DVec3)> {
         let near = |p: &[f32; 3]| p.iter().all(|x| x.abs() <= 1e6);
         let world = |p: &[f32; 3]| chunk.origin + Vec3::from_array(*p).as_dvec3();
@@ -119,7 +120,11 @@ pub(super) fn points(
             if settings.near_first { Taken::of_blocks(chunk, &positions) } else { Vec::new() };
         for (number, (i, position)) in positions.into_iter().enumerate() {
             let around = below.iter().filter(|(_, bounds, _)| bounds.distance(position) == 0.0);
-            let radius_m = around.map(|(.., radius)| *radius).fold(coded(own_radius_m), f64::min);
+            let of_point = chunk.spacings_m.get(i).map(|&spacing_m| coded(radius(spacing_m)));
+            let radius_m = around
+                .map(|(.., radius)| *radius)
+                .chain(of_point)
+                .fold(coded(own_radius_m), f64::min);
             let colour = chunk.colours.get(i).copied().filter(|colour| *colour != [0; 3]);
             let normal =
                 chunk.normals.get(i).map_or(DVec3::ZERO, |n| Vec3::from_array(*n).as_dvec3());

@@ -51,12 +51,13 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         return;
     }
     let push = select(job.push_on_plane, job.push, all(n == vec3(0.0))) * radius + drawn.behind_m;
+    let stride = job.stride;
     // One loop: two would wait for the widest disc of a group of threads in every row.
     var at = extent.low;
     for (var i = 0u; i < pixels; i++) {
         let depth = depth_at(disc, at);
         if depth > 0.0 {
-            offer(u32(at.y) * job.stride + u32(at.x), depth + push, index);
+            offer(u32(at.y) * stride + u32(at.x), depth + push, index);
         }
         at.x += 1.0;
         if at.x > extent.high.x {

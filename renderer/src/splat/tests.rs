@@ -51,6 +51,7 @@ fn chunk(camera: &PosedCamera, points: &[(DVec3, DVec3)], spacing_m: f32) -> Poi
         normals: points.iter().map(|&(_, n)| (world_from_cam * n).as_vec3().to_array()).collect(),
         stations: PointStations::default(),
         spacing_m,
+        spacings_m: Vec::new(),
     }
 }
 

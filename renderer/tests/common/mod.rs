@@ -192,6 +192,7 @@ impl Street {
             normals: Vec::new(),
             stations: PointStations::default(),
             spacing_m: spacing_m as f32,
+            spacings_m: Vec::new(),
         }
     }
 

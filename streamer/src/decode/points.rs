@@ -8,7 +8,7 @@ use super::damaged;
 use super::laz::Records;
 use super::normals::normals;
 use super::order::{along_a_curve, reordered};
-use super::spacing::typical_spacing_m;
+use super::spacing::{spacings_m, typical_spacing_m};
 use super::stations::{Track, runs};
 use crate::StreamError;
 
@@ -88,8 +88,9 @@ pub(crate) fn decode_points(
     let order = along_a_curve(&positions, &runs(&stations.of_points));
     stations.of_points = reordered(&stations.of_points, &order);
     let positions = reordered(&positions, &order);
-    let least_m = source.cube.level_spacing_m(node.key.level) as f32;
-    let spacing_m = typical_spacing_m(&positions, least_m);
+    let level_m = source.cube.level_spacing_m(node.key.level) as f32;
+    let spacing_m = typical_spacing_m(&positions, level_m);
+    let spacings_m = spacings_m(&positions, level_m);
     let normals = if with_normals { normals(&positions, spacing_m) } else { Vec::new() };
     Ok(PointChunk {
         id,
@@ -101,6 +102,7 @@ pub(crate) fn decode_points(
         normals,
         stations,
         spacing_m,
+        spacings_m,
     })
 }
 
