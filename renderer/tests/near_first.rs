@@ -39,6 +39,7 @@ fn wall(station: impl Fn(usize, f64) -> f64) -> Vec<PointChunk> {
             normals: Vec::new(),
             stations: stations.clone(),
             spacing_m: 0.06,
+            spacings_m: Vec::new(),
         }
     };
     [0, 1].map(chunk).into()
