@@ -18,7 +18,6 @@ const EYE: DVec3 = DVec3::new(651_187.0, 6_861_353.0, 44.0);
 struct Scene {
     name: &'static str,
     spacing_m: f64,
-    spacings_m: Vec::new(),
     length_m: f64,
 }
 
