@@ -72,6 +72,23 @@ fn a_scene_is_rendered() {
     what_is_asked_wrongly_is_said_in_one_line(&place);
     info_tells_what_there_is(&place);
     a_budget_that_cannot_be_held_takes_the_cheapest_settings(&place);
+    a_view_far_outside_is_said(&place);
+}
+
+fn a_view_far_outside_is_said(place: &Place) {
+    let (store, out) = (text(&place.street.store).to_owned(), place.file("far.png"));
+    let said = |view: &str| {
+        let arguments = ["render", &store, "--view", view, "--size", "32x24", "-o", text(&out)];
+        let output = run(&arguments);
+        assert!(output.status.success(), "it is no error");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let far = said("0,0,50,0,0");
+    assert!(far.contains("outside of the scene") && far.contains("200 m"), "{far}");
+    let truth = json(&place.street.survey.join("truth/views.json"));
+    let at = |axis: usize| truth[0]["position"][axis].as_f64().expect("a number");
+    let near = said(&format!("{},{},{},0,0", at(0), at(1), at(2)));
+    assert!(!near.contains("outside"), "{near}");
 }
 
 fn a_budget_that_cannot_be_held_takes_the_cheapest_settings(place: &Place) {
