@@ -4,6 +4,8 @@
 //! others become point sources of their own. The waveforms of formats 4, 5, 9 and 10 are
 //! not stored, the packets that point to them are.
 //!
+//! From the GPS times of the points each source learns where it was taken from, see [`Station`].
+//!
 //! [`scan()`] reads positions and classes of any such file, for those who measure in them.
 
 mod build;
@@ -30,6 +32,8 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+#[cfg(doc)]
+use flaneur_scene::Station;
 use flaneur_scene::{Bounds3, PointSource};
 use serde::{Deserialize, Serialize};
 
