@@ -9,6 +9,7 @@ mod camera;
 mod constant_tests;
 mod depth_map;
 mod depths;
+mod diffuse;
 mod enlarge;
 mod error;
 mod forward;

@@ -6,6 +6,9 @@
 
 use crate::Gpu;
 
+/// A triangle over the whole viewport as `vs`, to be put before the shaders of such passes.
+pub(crate) const WHOLE_WGSL: &str = include_str!("screen.wgsl");
+
 /// The resources of a pass, bound in their order from 0.
 pub(crate) type Bindings<'a> = Vec<wgpu::BindingResource<'a>>;
 

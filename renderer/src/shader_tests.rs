@@ -6,8 +6,8 @@ use std::mem::offset_of;
 use crate::settings::SplatNormals;
 use crate::splat::Route;
 use crate::{
-    Texturing, align, camera, depth_map, forward, gains, infer, lens, mesh, photographs, points,
-    shade, splat, surface, tiles,
+    Texturing, align, camera, depth_map, diffuse, forward, gains, infer, lens, mesh, photographs,
+    points, shade, splat, surface, tiles,
 };
 
 pub(crate) fn sources() -> Vec<(&'static str, String)> {
@@ -35,6 +35,7 @@ pub(crate) fn sources() -> Vec<(&'static str, String)> {
         ("blend", shade::BLEND_WGSL.to_owned()),
     ]
     .into_iter()
+    .chain(diffuse::sources())
     .chain(infer::sources())
     .chain(align::sources())
     .collect()

@@ -1,4 +1,4 @@
-// Sums of the products along rows, over a window. Needs whole.wgsl.
+// Sums of the products along rows, over a window. Needs screen.wgsl.
 
 struct Sums {
     @location(0) four: vec4<f32>,

@@ -14,7 +14,7 @@ use wgpu::util::DeviceExt as _;
 
 use crate::depth_map::DepthMaps;
 use crate::infer::{Evidence, Grid, RECORDS, SightPass, Sights, UNIFORM, texture_of};
-use crate::screen::{ScreenPass, screen_pass};
+use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass};
 use crate::shade::photograph::Drawn;
 use crate::targets::Targets;
 use crate::tiles::{Shown, TilePass};
@@ -75,7 +75,7 @@ pub(crate) mod gpu_data {
 
 /// Every shader of this pass, by name.
 pub(crate) fn sources() -> [(&'static str, String); 9] {
-    let whole = infer::WHOLE_WGSL;
+    let whole = WHOLE_WGSL;
     let sight = include_str!("sight.wgsl");
     [
         (

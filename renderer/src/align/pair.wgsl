@@ -1,4 +1,4 @@
-// Both photographs where both see a cell, summed along rows over a window. Needs whole.wgsl.
+// Both photographs where both see a cell, summed along rows over a window. Needs screen.wgsl.
 
 // Cells to both sides, also in pattern.wgsl.
 const REACH: i32 = 4;

@@ -1,5 +1,5 @@
 // What of both photographs stands out of its surroundings: exposure, which changes between
-// photographs, cancels, and patterns stay. Needs whole.wgsl.
+// photographs, cancels, and patterns stay. Needs screen.wgsl.
 
 // Cells to both sides, also in pair.wgsl.
 const REACH: i32 = 4;

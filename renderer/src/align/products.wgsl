@@ -1,4 +1,4 @@
-// What each cell contributes to the normal equations of its neighbours. Needs whole.wgsl.
+// What each cell contributes to the normal equations of its neighbours. Needs screen.wgsl.
 
 struct Products {
     // Of the gradient g and the difference d: gx gx, gx gy, gy gy, gx d.

@@ -1,4 +1,4 @@
-// Displacements as their neighbours have them, by how much each of those sees. Needs whole.wgsl.
+// Displacements as their neighbours have them, by how much each of those sees. Needs screen.wgsl.
 
 @group(0) @binding(0) var solved: texture_2d<f32>;
 

@@ -1,5 +1,5 @@
 // One step of Lucas and Kanade: the displacement that makes both alike, to first order. Needs
-// lucas_kanade.wgsl, alignment.wgsl and whole.wgsl.
+// lucas_kanade.wgsl, alignment.wgsl and screen.wgsl.
 
 // Cells to both sides, also in along.wgsl.
 const REACH: i32 = 3;

@@ -1,5 +1,5 @@
 // Displacements in pixels as offsets of the world, metres a metre of depth along the view's axis.
-// Needs whole.wgsl.
+// Needs screen.wgsl.
 
 // Mirrors `gpu_data::Axes` in align/mod.rs.
 struct Axes {

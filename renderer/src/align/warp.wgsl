@@ -1,5 +1,5 @@
 // Both photographs, each displaced by its share of what is known from the coarser level. Needs
-// alignment.wgsl and whole.wgsl.
+// alignment.wgsl and screen.wgsl.
 
 struct Warped {
     // Of the first, of the second, and 1 where both see the cell.

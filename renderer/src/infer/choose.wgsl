@@ -1,5 +1,5 @@
 // Which hypothesis of each cell wins, and where between its neighbours the best one lies. Needs
-// lens.wgsl, inference.wgsl and whole.wgsl.
+// lens.wgsl, inference.wgsl and screen.wgsl.
 
 // The picture before this one. Mirrors `gpu_data::Before` in infer/mod.rs.
 struct Before {

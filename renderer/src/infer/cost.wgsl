@@ -1,5 +1,5 @@
 // How much the two nearest rigs that see a hypothesis disagree on it, for four hypotheses at a
-// time. Needs inference.wgsl and whole.wgsl.
+// time. Needs inference.wgsl and screen.wgsl.
 
 // More is no worse: there one of them sees something else.
 const WORST: f32 = 0.12;

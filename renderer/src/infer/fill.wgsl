@@ -1,5 +1,5 @@
 // The records of the picture, with inferred places where there was nothing. Needs octahedral.wgsl,
-// place.wgsl, inference.wgsl and whole.wgsl.
+// place.wgsl, inference.wgsl and screen.wgsl.
 
 struct Filled {
     @location(0) position: vec4<u32>,

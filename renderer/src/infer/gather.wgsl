@@ -1,11 +1,11 @@
-// What is known of each cell of the grid. Needs place.wgsl, inference.wgsl and whole.wgsl.
+// What is known of each cell of the grid. Needs place.wgsl, inference.wgsl and screen.wgsl.
 
 struct Gathered {
     // Unit direction from the eye, world axes, zero where the lens sees nothing; and the share of
     // the cell that shows geometry.
     @location(0) ray: vec4<f32>,
     // Mean inverse range of that geometry, 1/m, times its weight, 0 or 1; and the weight.
-    @location(1) known: vec2<f32>,
+    @location(1) known: vec4<f32>,
 }
 
 // Pixels a side that are looked at in each cell, whatever its size.
@@ -44,7 +44,7 @@ fn fs(@builtin(position) at: vec4<f32>) -> Gathered {
         gathered.ray = vec4(normalize(rays), known / looked);
     }
     if known > 0.0 {
-        gathered.known = vec2(inverse / known, 1.0);
+        gathered.known = vec4(inverse / known, 0.0, 0.0, 1.0);
     }
     return gathered;
 }

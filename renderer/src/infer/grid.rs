@@ -2,6 +2,7 @@
 
 use glam::UVec2;
 
+use crate::diffuse::Levels;
 use crate::surface::POSITION_FORMAT;
 use crate::{Gpu, memory};
 
@@ -11,7 +12,8 @@ const MIN_STEP: u32 = 4;
 const MAX_CELLS: u32 = 1 << 16;
 
 pub(crate) const RAY_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
-pub(crate) const KNOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+/// Of inverse ranges with their weights while they are diffused.
+pub(crate) const KNOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 pub(super) const INVERSE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 pub(crate) const SIGHT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 pub(crate) const RANK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -83,10 +85,8 @@ impl Grid {
 pub(super) struct Cells {
     pub(super) grid: Grid,
     pub(super) rays: wgpu::TextureView,
-    /// The pyramid, finest first, of what is known.
-    pub(super) known: Vec<wgpu::TextureView>,
-    /// The same, whole.
-    pub(super) whole: Vec<wgpu::TextureView>,
+    /// What is known of inverse ranges, and what that says of the others.
+    pub(super) levels: Levels,
     /// Where all hypotheses lie.
     pub(super) places: wgpu::TextureView,
     pub(super) sights: wgpu::TextureView,
@@ -104,8 +104,7 @@ impl Cells {
     pub(super) fn bytes_for(grid: Grid) -> u64 {
         let of = memory::of_texels;
         let inverse = |size| of(INVERSE_FORMAT, size, 1);
-        let pyramid = pyramid(grid.cells);
-        pyramid.iter().map(|&size| of(KNOWN_FORMAT, size, 1) + inverse(size)).sum::<u64>()
+        Levels::bytes_for(grid.cells, KNOWN_FORMAT)
             + of(RAY_FORMAT, grid.cells, 1)
             + of(POSITION_FORMAT, grid.tall(), 1)
             + of(SIGHT_FORMAT, grid.tall(), MAX_RIGS)
@@ -116,10 +115,9 @@ impl Cells {
 
     /// Bytes on the device.
     pub(super) fn bytes(&self) -> u64 {
-        let Self { rays, known, whole, places, sights, ranks, costs, chosen, settled, .. } = self;
-        let views = [rays, places, sights, ranks, chosen].into_iter().chain(known).chain(whole);
-        let views = views.chain(costs).chain(settled);
-        views.map(|view| memory::of_texture(view.texture())).sum()
+        let Self { rays, levels, places, sights, ranks, costs, chosen, settled, .. } = self;
+        let views = [rays, places, sights, ranks, chosen].into_iter().chain(costs).chain(settled);
+        levels.bytes() + views.map(|view| memory::of_texture(view.texture())).sum::<u64>()
     }
 
     pub(super) fn new(gpu: &Gpu, grid: Grid) -> Self {
@@ -141,7 +139,6 @@ impl Cells {
             })
         };
         let view = |size, format| texture(size, 1, format).create_view(&Default::default());
-        let sizes = pyramid(grid.cells);
         let sights = texture(grid.tall(), MAX_RIGS, SIGHT_FORMAT);
         let of_rig = |rig| {
             sights.create_view(&wgpu::TextureViewDescriptor {
@@ -154,8 +151,7 @@ impl Cells {
         Self {
             grid,
             rays: view(grid.cells, RAY_FORMAT),
-            known: sizes.iter().map(|&size| view(size, KNOWN_FORMAT)).collect(),
-            whole: sizes.iter().map(|&size| view(size, INVERSE_FORMAT)).collect(),
+            levels: Levels::new(gpu, grid.cells, KNOWN_FORMAT),
             places: view(grid.tall(), POSITION_FORMAT),
             sights: sights.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -168,13 +164,4 @@ impl Cells {
             settled: [view(grid.cells, INVERSE_FORMAT), view(grid.cells, INVERSE_FORMAT)],
         }
     }
-}
-
-/// Sizes of a pyramid from `size` down to a single texel.
-fn pyramid(size: UVec2) -> Vec<UVec2> {
-    let mut sizes = vec![size];
-    while let Some(&size) = sizes.last().filter(|size| size.max_element() > 1) {
-        sizes.push((size + 1) / 2);
-    }
-    sizes
 }

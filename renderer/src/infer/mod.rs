@@ -10,9 +10,10 @@
 use flaneur_scene::{PosedCamera, View};
 use wgpu::util::DeviceExt as _;
 
+use crate::diffuse::DiffusePass;
 use crate::frustum::Frustum;
 use crate::photographs::atlas::Atlas;
-use crate::screen::{ScreenPass, screen_pass, screen_pass_with};
+use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass, screen_pass_with};
 use crate::shade::photograph::Drawn;
 use crate::surface::{ORIENTATION_FORMAT, PLACE_WGSL, POSITION_FORMAT};
 use crate::targets::Targets;
@@ -32,7 +33,6 @@ pub(crate) use grid::{RANK_FORMAT, SIGHT_FORMAT};
 pub(crate) use sight::{BRIGHTNESS_WGSL, RECORDS, SightPass, Sights, UNIFORM, texture_of};
 
 const INFERENCE_WGSL: &str = include_str!("inference.wgsl");
-pub(crate) const WHOLE_WGSL: &str = include_str!("whole.wgsl");
 
 /// How many times the scene's extent away the backdrop is: what is so far moves less than a
 /// pixel between photographs.
@@ -78,9 +78,8 @@ pub(crate) mod gpu_data {
 }
 
 /// Every shader of this pass, by name.
-pub(crate) fn sources() -> [(&'static str, String); 11] {
-    let with = |parts: &[&str]| parts.concat();
-    let plain = |own: &str| with(&[INFERENCE_WGSL, WHOLE_WGSL, own]);
+pub(crate) fn sources() -> [(&'static str, String); 8] {
+    let plain = |own: &str| [INFERENCE_WGSL, WHOLE_WGSL, own].concat();
     let places = [octahedral::WGSL, PLACE_WGSL].concat();
     let gather = plain(include_str!("gather.wgsl"));
     let hypotheses = plain(include_str!("places.wgsl"));
@@ -88,9 +87,6 @@ pub(crate) fn sources() -> [(&'static str, String); 11] {
     let choose = plain(include_str!("choose.wgsl"));
     [
         ("gather", [&places, &gather[..]].concat()),
-        ("pull", with(&[WHOLE_WGSL, include_str!("pull.wgsl")])),
-        ("top", plain(include_str!("top.wgsl"))),
-        ("push", with(&[WHOLE_WGSL, include_str!("push.wgsl")])),
         ("places", [&places, &hypotheses[..]].concat()),
         ("sight", sight::wgsl()),
         ("cost", plain(include_str!("cost.wgsl"))),
@@ -105,9 +101,7 @@ pub(crate) fn sources() -> [(&'static str, String); 11] {
 #[derive(Debug)]
 pub(crate) struct InferPass {
     gather: ScreenPass,
-    pull: ScreenPass,
-    top: ScreenPass,
-    push: ScreenPass,
+    diffuse: DiffusePass,
     places: ScreenPass,
     sight: SightPass,
     cost: ScreenPass,
@@ -143,7 +137,7 @@ impl<'a> Evidence<'a> {
 
 impl InferPass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let [gather, pull, top, push, places, _, cost, window, choose, settle, fill] = sources();
+        let [gather, places, _, cost, window, choose, settle, fill] = sources();
         let pass = |(label, wgsl): (&'static str, String), formats: &[wgpu::TextureFormat]| {
             screen_pass(gpu, label, &wgsl, formats)
         };
@@ -153,9 +147,7 @@ impl InferPass {
         };
         Self {
             gather: pass(gather, &[RAY_FORMAT, KNOWN_FORMAT]),
-            pull: pass(pull, &[KNOWN_FORMAT]),
-            top: pass(top, &[INVERSE_FORMAT]),
-            push: pass(push, &[INVERSE_FORMAT]),
+            diffuse: DiffusePass::new(gpu, KNOWN_FORMAT),
             places: pass(places, &[POSITION_FORMAT]),
             sight: SightPass::new(gpu, &sight::wgsl(), &[(0, UNIFORM), (1, RECORDS), (6, UNIFORM)]),
             cost: pass(cost, &[COST_FORMAT]),
@@ -192,7 +184,7 @@ impl InferPass {
         let cells = self.cells.as_ref()?;
         Some(LastCells {
             rays: &cells.rays,
-            diffused: &cells.whole[0],
+            diffused: cells.levels.whole(),
             sights: &cells.sight_of_rig,
             settled: &cells.settled[0],
         })
@@ -222,6 +214,7 @@ impl InferPass {
 
         let rigs = evidence.photographs.chunk_by(|a, b| a.rig == b.rig).count() as u32;
         let range_m = if evidence.extent_m > 0.0 { evidence.extent_m } else { LONE_BACKDROP_M };
+        let backdrop = (1.0 / (BACKDROP * range_m)) as f32;
         let inference = gpu_data::Inference {
             size: grid.picture.to_array(),
             cells: grid.cells.to_array(),
@@ -229,7 +222,7 @@ impl InferPass {
             hypotheses: grid.hypotheses,
             diffused_index: grid.between + 1,
             rigs: rigs.min(MAX_RIGS),
-            backdrop: (1.0 / (BACKDROP * range_m)) as f32,
+            backdrop,
             has_before: u32::from(before.is_some()),
             padding: [0; 2],
         };
@@ -248,18 +241,10 @@ impl InferPass {
         let texture = wgpu::BindingResource::TextureView;
 
         let seen = vec![inference.clone(), texture(&targets.geometry.positions)];
-        self.gather.draw(gpu, encoder, seen, &[&cells.rays, &cells.known[0]]);
-        for pair in cells.known.windows(2) {
-            self.pull.draw(gpu, encoder, vec![texture(&pair[0])], &[&pair[1]]);
-        }
-        if let (Some(known), Some(whole)) = (cells.known.last(), cells.whole.last()) {
-            let bindings = vec![inference.clone(), texture(known)];
-            self.top.draw(gpu, encoder, bindings, &[whole]);
-        }
-        for (known, pair) in cells.known.iter().zip(cells.whole.windows(2)).rev() {
-            self.push.draw(gpu, encoder, vec![texture(known), texture(&pair[1])], &[&pair[0]]);
-        }
-        let bindings = vec![inference.clone(), texture(&cells.rays), texture(&cells.whole[0])];
+        self.gather.draw(gpu, encoder, seen, &[&cells.rays, cells.levels.known()]);
+        // Without any geometry all is backdrop.
+        self.diffuse.draw(gpu, encoder, &cells.levels, [backdrop, 0.0, 0.0]);
+        let bindings = vec![inference.clone(), texture(&cells.rays), texture(cells.levels.whole())];
         self.places.draw(gpu, encoder, bindings, &[&cells.places]);
         let shown = Shown { eye: view.eye(), size: grid.tall(), positions: &cells.places };
         let asked = evidence.of_nearest(MAX_RIGS as usize);
@@ -288,12 +273,13 @@ impl InferPass {
             inference.clone(),
             texture(&cells.rays),
             texture(costs),
-            texture(&cells.whole[0]),
+            texture(cells.levels.whole()),
             before,
             texture(settled_before),
         ];
         self.choose.draw(gpu, encoder, bindings, &[&cells.chosen]);
-        let bindings = vec![inference.clone(), texture(&cells.whole[0]), texture(&cells.chosen)];
+        let bindings =
+            vec![inference.clone(), texture(cells.levels.whole()), texture(&cells.chosen)];
         self.settle.draw(gpu, encoder, bindings, &[settled]);
         let bindings = vec![
             inference,

@@ -1,6 +1,6 @@
 // Where the hypotheses of all cells lie: those of the backdrop first, then those of the next, one
 // below the other; nothing where no hypothesis is judged. Needs octahedral.wgsl, place.wgsl,
-// inference.wgsl and whole.wgsl.
+// inference.wgsl and screen.wgsl.
 
 @group(0) @binding(0) var<uniform> inference: Inference;
 @group(0) @binding(1) var rays: texture_2d<f32>;

@@ -4,12 +4,7 @@
 //! the cell's; the share of them that shows geometry decides whether it is judged: half and more is
 //! known enough. The mean of that geometry's inverse ranges, if there is any, is what is known.
 //!
-//! Diffusion is push and pull (Gortler et al., The Lumigraph). A level gives each of its cells a
-//! value v and a weight w of 0 to 1. A cell of the next coarser level covers the cells c, and has
-//! v' = Σ w v / Σ w and w' = min(Σ w, 1); the device keeps w v, which needs no division where w
-//! is 0. Back from the coarsest, whose lack is the backdrop, a level is made whole by what the
-//! coarser one has there: w v + (1 - w) u, where u interpolates the coarser level between the
-//! centres of its cells, and is constant beyond the outermost.
+//! From there it is diffused, see diffuse/reference.rs; without any geometry all is backdrop.
 //!
 //! At the place of a hypothesis a rig shows what its brightness there exceeds the mean of four places
 //! in its picture by, REACH cells aside to the corners, two levels of detail coarser: exposure
@@ -30,6 +25,7 @@
 use flaneur_scene::PosedCamera;
 use glam::{DVec3, UVec2};
 
+use crate::diffuse::reference::{Known, mean};
 use crate::reference::field::{Field, cells};
 
 /// Cells from a place to the corners of its surroundings.
@@ -63,46 +59,27 @@ pub(crate) struct Gathered {
     /// Share that is geometry.
     pub(crate) share: f64,
     /// Inverse range, 1/m, with weight 1; weight 0 without any.
-    pub(crate) known: Known,
+    pub(crate) known: Known<f64>,
 }
 
-/// A value with its weight.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Known {
-    pub(crate) value: f64,
-    pub(crate) weight: f64,
+/// Which pixels are looked at of a cell of `step` pixels a side.
+pub(crate) fn looked_at(picture: UVec2, step: u32, cell: UVec2) -> impl Iterator<Item = UVec2> {
+    let stride = step / SAMPLES;
+    let pixels = cells(UVec2::splat(SAMPLES)).map(move |i| cell * step + i * stride + stride / 2);
+    pixels.filter(move |pixel| pixel.cmplt(picture).all())
 }
 
 /// What a cell of `step` pixels a side shows of a picture, whose lens sees nothing where there is
 /// `None`.
 pub(crate) fn gathered(picture: &Field<Option<Looked>>, step: u32, cell: UVec2) -> Gathered {
-    let stride = step / SAMPLES;
-    let pixels = cells(UVec2::splat(SAMPLES)).map(|i| cell * step + i * stride + stride / 2);
-    let inside = pixels.filter(|pixel| pixel.cmplt(picture.size).all());
-    let looked: Vec<Looked> = inside.filter_map(|pixel| picture.at(pixel)).collect();
+    let pixels = looked_at(picture.size, step, cell);
+    let looked: Vec<Looked> = pixels.filter_map(|pixel| picture.at(pixel)).collect();
     let inverses: Vec<f64> = looked.iter().filter_map(|l| Some(1.0 / l.range_m?)).collect();
-    let mean = inverses.iter().sum::<f64>() / inverses.len().max(1) as f64;
     Gathered {
         direction: looked.iter().map(|l| l.direction).sum::<DVec3>().normalize_or_zero(),
         share: inverses.len() as f64 / looked.len().max(1) as f64,
-        known: Known { value: mean, weight: if inverses.is_empty() { 0.0 } else { 1.0 } },
+        known: mean(&inverses),
     }
-}
-
-/// The inverse range of every cell, 1/m, from that of the cells where it is known.
-pub(crate) fn diffused(known: &Field<Known>, backdrop: f64) -> Field<f64> {
-    let coarser = if known.size == UVec2::ONE {
-        Field { size: UVec2::ONE, values: vec![backdrop] }
-    } else {
-        diffused(&pulled(known), backdrop)
-    };
-    // The last level takes what it has: some knowledge is all there is.
-    let alone = known.size == UVec2::ONE;
-    Field::new(known.size, |cell| {
-        let Known { value, weight } = known.at(cell);
-        let weight = if alone && weight > 0.0 { 1.0 } else { weight };
-        weight * value + (1.0 - weight) * coarser.between((cell.as_dvec2() + 0.5) / 2.0)
-    })
 }
 
 /// What a hypothesis costs that rigs see as so bright, the nearest first, `None` where one does
@@ -202,17 +179,4 @@ pub(crate) fn median(chosen: &Field<f64>, cell: UVec2) -> f64 {
         .collect();
     around.sort_by(f64::total_cmp);
     around[4]
-}
-
-/// The next coarser level.
-fn pulled(finer: &Field<Known>) -> Field<Known> {
-    let size = (finer.size + 1) / 2;
-    Field::new(size, |cell| {
-        let covered = cells(finer.size).filter(|&other| other / 2 == cell);
-        let (sum, weight) = covered
-            .map(|other| finer.at(other))
-            .fold((0.0, 0.0), |(s, w), k| (s + k.weight * k.value, w + k.weight));
-        let value = if weight > 0.0 { sum / weight } else { 0.0 };
-        Known { value, weight: weight.min(1.0) }
-    })
 }

@@ -1,5 +1,5 @@
 // Lone choices give way to their neighbours': the median of three by three cells. Needs
-// inference.wgsl and whole.wgsl.
+// inference.wgsl and screen.wgsl.
 
 @group(0) @binding(0) var<uniform> inference: Inference;
 @group(0) @binding(1) var diffused: texture_2d<f32>;

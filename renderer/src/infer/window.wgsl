@@ -1,5 +1,5 @@
 // Means over a window, along one axis, within the cells of each four hypotheses. Needs
-// inference.wgsl and whole.wgsl.
+// inference.wgsl and screen.wgsl.
 
 override ALONG_X: bool = true;
 

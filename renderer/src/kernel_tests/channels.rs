@@ -5,9 +5,8 @@ use wgpu::util::DeviceExt as _;
 
 use super::{gpu, read};
 use crate::depths::SHOWS_MESH;
-use crate::infer::WHOLE_WGSL;
 use crate::reference::field::Field;
-use crate::screen::{ScreenPass, screen_pass_with};
+use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass_with};
 use crate::surface::POSITION_FORMAT;
 
 /// A texture of some channels of f32.
@@ -69,6 +68,14 @@ impl<const N: usize> Channels<N> {
 
 /// The texels of a texture of floats, which no pass has to have copied from.
 pub(crate) fn texels(view: &wgpu::TextureView) -> Field<[f32; 4]> {
+    let size = view.texture().size();
+    let found = Channels::<4>::new(UVec2::new(size.width, size.height));
+    copy(view, &found.view());
+    found.read()
+}
+
+/// Draws the texels of a texture of floats into another one of the same size.
+pub(crate) fn copy(from: &wgpu::TextureView, to: &wgpu::TextureView) {
     const LOAD: &str = "
 @group(0) @binding(0) var image: texture_2d<f32>;
 
@@ -76,11 +83,14 @@ pub(crate) fn texels(view: &wgpu::TextureView) -> Field<[f32; 4]> {
 fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     return textureLoad(image, vec2<i32>(at.xy), 0);
 }";
-    let size = view.texture().size();
-    let found = Channels::<4>::new(UVec2::new(size.width, size.height));
-    let load = pass::<4>([("load", [WHOLE_WGSL, LOAD].concat())], "load", &[]);
-    draw(&load, vec![wgpu::BindingResource::TextureView(view)], &found.view());
-    found.read()
+    let load = screen_pass_with(
+        gpu(),
+        "load",
+        &[WHOLE_WGSL, LOAD].concat(),
+        &[to.texture().format()],
+        &[],
+    );
+    draw(&load, vec![wgpu::BindingResource::TextureView(from)], to);
 }
 
 /// Records of a picture as the surface pass leaves them: places relative to the eye that are mesh, and
@@ -89,13 +99,18 @@ pub(crate) fn records(size: UVec2, pixels: &[([f32; 3], bool)]) -> wgpu::Texture
     let word = |&([x, y, z], shows): &([f32; 3], bool)| {
         [x.to_bits(), y.to_bits(), z.to_bits(), if shows { SHOWS_MESH } else { 0 }]
     };
-    let words: Vec<[u32; 4]> = pixels.iter().map(word).collect();
-    let description = wgpu::TextureDescriptor { format: POSITION_FORMAT, ..description::<4>(size) };
+    record_words(&Field { size, values: pixels.iter().map(word).collect() })
+}
+
+/// The same from their words.
+pub(crate) fn record_words(words: &Field<[u32; 4]>) -> wgpu::TextureView {
+    let description =
+        wgpu::TextureDescriptor { format: POSITION_FORMAT, ..description::<4>(words.size) };
     let texture = gpu().device.create_texture_with_data(
         &gpu().queue,
         &description,
         wgpu::util::TextureDataOrder::LayerMajor,
-        bytemuck::cast_slice(&words),
+        bytemuck::cast_slice(&words.values),
     );
     texture.create_view(&Default::default())
 }

@@ -12,6 +12,15 @@ pub(crate) fn gpu() -> &'static Gpu {
     GPU.get_or_init(|| Gpu::new().expect("a graphics driver"))
 }
 
+/// Any number from 0 to 1, the same for the same cell and seed.
+pub(crate) fn noise(cell: glam::UVec2, seed: u32) -> f32 {
+    let mut bits = cell.x.wrapping_mul(0x9e37_79b1) ^ cell.y.wrapping_mul(0x85eb_ca77);
+    bits = (bits ^ seed.wrapping_mul(0xc2b2_ae3d)).wrapping_mul(0x27d4_eb2f);
+    bits = (bits ^ (bits >> 15)).wrapping_mul(0x2c1b_3c6d);
+    bits = (bits ^ (bits >> 12)).wrapping_mul(0x297a_2d39);
+    ((bits ^ (bits >> 15)) >> 8) as f32 / (1 << 24) as f32
+}
+
 /// Runs `main` of `source` for `count` invocations of a workgroup of 64, with `inputs` at
 /// bindings 0… and room for `outputs` values at the next; gives those.
 pub(crate) fn run<T: bytemuck::Pod>(

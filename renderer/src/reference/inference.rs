@@ -7,9 +7,10 @@ use super::colour::What;
 use super::field::Field;
 use super::rigs::{MAX_SIDE, Rigs};
 use super::surfaces::{Met, Pixel};
+use crate::diffuse::reference::diffused;
 use crate::infer::reference::{
-    Gathered, LEAST_INVERSE, Looked, Past, chosen, chosen_between, diffused, disagreement,
-    gathered, hypothesis, judged, median, window,
+    Gathered, LEAST_INVERSE, Looked, Past, chosen, chosen_between, disagreement, gathered,
+    hypothesis, judged, median, window,
 };
 use crate::infer::{BACKDROP, Grid, LONE_BACKDROP_M, MAX_RIGS};
 use crate::surface::reference::{RELIEF_M, Shown};

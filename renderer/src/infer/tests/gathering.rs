@@ -4,7 +4,8 @@ use glam::{DVec3, UVec2};
 use wgpu::BindingResource::TextureView as Texture;
 
 use super::noise;
-use crate::infer::reference::{Known, Looked, gathered};
+use crate::diffuse::reference::Known;
+use crate::infer::reference::{Looked, gathered};
 use crate::infer::{Grid, KNOWN_FORMAT, RAY_FORMAT, gpu_data, sources};
 use crate::kernel_tests::channels::{Channels, records, uniform};
 use crate::kernel_tests::gpu;
@@ -48,7 +49,7 @@ fn gathering_agrees_with_its_reference() {
             step: grid.step,
             ..super::inference(grid.cells, 0, 0.1)
         });
-        let (rays, known) = (Channels::<4>::new(grid.cells), Channels::<2>::new(grid.cells));
+        let (rays, known) = (Channels::<4>::new(grid.cells), Channels::<4>::new(grid.cells));
         let mut encoder = gpu().device.create_command_encoder(&Default::default());
         let bindings = vec![inference.as_entire_binding(), Texture(&positions)];
         gather.draw(gpu(), &mut encoder, bindings, &[&rays.view(), &known.view()]);
@@ -61,7 +62,7 @@ fn gathering_agrees_with_its_reference() {
             let off = DVec3::new(x, y, z).distance(expected.direction);
             assert!(off < CELL_DIRECTION, "{cell} of {}: {off}", grid.step);
             assert_eq!(share as f32, expected.share as f32, "{cell} of {}", grid.step);
-            let [value, weight] = known.at(cell).map(f64::from);
+            let [value, .., weight] = known.at(cell).map(f64::from);
             let Known { value: exact, weight: exact_weight } = expected.known;
             assert_eq!(weight, exact_weight, "{cell} of {}", grid.step);
             assert!((value - exact).abs() <= DIFFUSION_RELATIVE * exact, "{value} for {exact}");

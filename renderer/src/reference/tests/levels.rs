@@ -4,12 +4,11 @@ use flaneur_scene::{ImageUpdate, PosedCamera, View, srgb_from_linear};
 use glam::{DVec3, UVec2};
 use wgpu::BindingResource::TextureView as Texture;
 
-use crate::infer::WHOLE_WGSL;
 use crate::kernel_tests::channels::{Channels, draw};
 use crate::kernel_tests::gpu;
 use crate::photographs::atlas::{Atlas, MAX_LOD, Place};
 use crate::reference::pyramid::Pyramid;
-use crate::screen::screen_pass_with;
+use crate::screen::{WHOLE_WGSL, screen_pass_with};
 use crate::tolerances::{BYTE_255, DECODED_255, HALVED_255, HALVED_MASK_255};
 
 /// Texels as shaders read them.
