@@ -2,6 +2,7 @@
 //!
 //! The host's is their home, with its reason: that of the reference, where there is one.
 
+use crate::Surface;
 use crate::mesh::reference::NO_MESH_M;
 use crate::shader_tests::sources;
 use crate::{
@@ -25,6 +26,8 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("KIND_BITS", depths::KIND_BITS.into()),
         ("SHOWS_MESH", depths::SHOWS_MESH.into()),
         ("SHOWS_POINT", depths::SHOWS_POINT.into()),
+        // Without colour it has the code of its kind.
+        ("SHOWS_INFERRED", f64::from(Surface::Completed as u8)),
         ("LEAST_COSINE", splat::reference::LEAST_COSINE),
         ("BLOCK_POINTS", points::BLOCK_POINTS as f64),
     ];
@@ -46,6 +49,7 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("LEAST_TEXELS", gains::reference::LEAST_TEXELS),
     ];
     let inference = [
+        ("SAMPLES", infer::reference::SAMPLES.into()),
         ("WORST", infer::reference::WORST),
         ("UNSEEN", infer::reference::UNSEEN),
         ("PRIOR", infer::reference::PRIOR),

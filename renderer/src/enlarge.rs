@@ -2,7 +2,7 @@
 
 use glam::UVec2;
 
-use crate::{Frame, Surface};
+use crate::Frame;
 
 impl Frame {
     /// The same picture at `size`: colours interpolated between the four pixels around, what is
@@ -32,12 +32,7 @@ impl Frame {
                 surfaces.push(shown[*nearest as usize]);
             }
         }
-        let mut stats = self.stats;
-        let inferred = |s: &&Surface| **s == Surface::Inferred;
-        stats.pixels = surfaces.len() as u64;
-        stats.inferred_pixels = surfaces.iter().filter(inferred).count() as u64;
-        stats.geometry_pixels = surfaces.iter().filter(|s| s.is_geometry()).count() as u64;
-        stats.coloured_pixels = surfaces.iter().filter(|s| s.is_coloured()).count() as u64;
+        let stats = self.stats.counting(&surfaces);
         Self { size, rgba, surfaces, stats }
     }
 }
@@ -64,8 +59,8 @@ fn samples(large: u32, small: u32) -> Vec<Sample> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::FrameStats;
     use crate::tolerances::ENLARGED_255;
+    use crate::{FrameStats, Surface};
 
     /// A picture whose red grows along x and whose green grows along y stays so.
     #[test]

@@ -19,7 +19,7 @@ pub struct Frame {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Surface {
-    /// No geometry: the background colour.
+    /// No geometry, and nothing inferred: the background colour.
     Background = 0,
     /// Mesh that no photograph reaches, in a neutral shade.
     MeshUncoloured = 1,
@@ -29,6 +29,8 @@ pub enum Surface {
     PointUncoloured = 3,
     /// A point coloured by at least one photograph.
     PointColoured = 4,
+    /// No geometry, and no photograph reaches it: the colours of what is inferred around.
+    Completed = 5,
     /// No geometry: what the photographs show at a depth on which they agree. Nothing may be
     /// measured there.
     Inferred = 6,
@@ -61,12 +63,14 @@ pub struct FrameStats {
     pub coloured_pixels: u64,
     /// Pixels without geometry that photographs colour at an inferred depth.
     pub inferred_pixels: u64,
+    /// Pixels without geometry that no photograph reaches and that take the colours around.
+    pub completed_pixels: u64,
 }
 
 impl Surface {
     /// Whether the pixel shows mesh or a point.
     pub fn is_geometry(self) -> bool {
-        !matches!(self, Self::Background | Self::Inferred)
+        !matches!(self, Self::Background | Self::Completed | Self::Inferred)
     }
 
     /// Whether the pixel shows mesh or a point and a photograph colours it.
@@ -80,6 +84,7 @@ impl Surface {
             2 => Self::MeshColoured,
             3 => Self::PointUncoloured,
             4 => Self::PointColoured,
+            5 => Self::Completed,
             6 => Self::Inferred,
             _ => Self::Background,
         }
@@ -100,21 +105,37 @@ impl FrameStats {
     pub fn inferred_share(&self) -> f64 {
         self.inferred_pixels as f64 / self.pixels.max(1) as f64
     }
+
+    /// The same with the counts of pixels of what a picture shows.
+    pub(crate) fn counting(self, surfaces: &[Surface]) -> Self {
+        let mut counted = Self {
+            pixels: surfaces.len() as u64,
+            geometry_pixels: 0,
+            coloured_pixels: 0,
+            inferred_pixels: 0,
+            completed_pixels: 0,
+            ..self
+        };
+        for &surface in surfaces {
+            counted.geometry_pixels += u64::from(surface.is_geometry());
+            counted.coloured_pixels += u64::from(surface.is_coloured());
+            counted.inferred_pixels += u64::from(surface == Surface::Inferred);
+            counted.completed_pixels += u64::from(surface == Surface::Completed);
+        }
+        counted
+    }
 }
 
 impl Frame {
     /// The picture whose alpha holds [`Surface`] codes, as the shading pass leaves it.
-    pub(crate) fn from_coded(size: UVec2, mut rgba: Vec<u8>, mut stats: FrameStats) -> Self {
+    pub(crate) fn from_coded(size: UVec2, mut rgba: Vec<u8>, stats: FrameStats) -> Self {
         let mut surfaces = Vec::with_capacity(rgba.len() / 4);
         for alpha in rgba.iter_mut().skip(3).step_by(4) {
             let surface = Surface::from_code(*alpha);
-            stats.pixels += 1;
-            stats.geometry_pixels += u64::from(surface.is_geometry());
-            stats.coloured_pixels += u64::from(surface.is_coloured());
-            stats.inferred_pixels += u64::from(surface == Surface::Inferred);
             surfaces.push(surface);
             *alpha = 255;
         }
+        let stats = stats.counting(&surfaces);
         Self { size, rgba, surfaces, stats }
     }
 }

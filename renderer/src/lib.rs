@@ -5,6 +5,7 @@ extern crate self as flaneur_renderer;
 
 mod align;
 mod camera;
+mod complete;
 #[cfg(test)]
 mod constant_tests;
 mod depth_map;

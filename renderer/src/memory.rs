@@ -19,7 +19,7 @@ pub struct MemoryReport {
     pub large_discs: u64,
     /// What a picture of the last size is drawn into.
     pub targets: u64,
-    /// The grid on which depths are inferred.
+    /// The grids on which depths are inferred, and colours completed.
     pub inference: u64,
     /// The grids on which photographs are aligned.
     pub alignment: u64,

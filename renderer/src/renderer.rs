@@ -5,6 +5,7 @@ use glam::{DVec3, UVec2};
 
 use crate::align::{self, AlignPass};
 use crate::camera::gpu_data::Camera;
+use crate::complete::{self, CompletePass};
 use crate::depth_map::{DepthMaps, Sources};
 use crate::forward::{ForwardPass, Indices};
 use crate::frame::{Frame, FrameStats};
@@ -44,6 +45,7 @@ pub struct Renderer {
     infer_pass: InferPass,
     align_pass: AlignPass,
     shade_pass: ShadePass,
+    complete_pass: CompletePass,
     forward_pass: Option<ForwardPass>,
     mesh: MeshStore,
     points: PointStore,
@@ -76,6 +78,7 @@ impl Renderer {
             infer_pass: InferPass::new(gpu),
             align_pass: AlignPass::new(gpu),
             shade_pass: ShadePass::new(gpu),
+            complete_pass: CompletePass::new(gpu),
             forward_pass: ForwardPass::new(gpu, settings.texturing),
             mesh: MeshStore::default(),
             points: PointStore::new(settings.splat_normals),
@@ -263,6 +266,8 @@ impl Renderer {
         let inferring = (self.settings.infer && infers(mode) && perspective)
             .then(|| infer::Grid::new(size, self.settings.inferred_hypotheses, max_side))
             .flatten();
+        let alone = || infer::Grid::alone(size, max_side);
+        let completing = inferring.filter(|_| completes(mode)).and_then(|_| alone());
         // Sprites bring their own projections, which know of no displacement.
         let deferred = self.settings.texturing == Texturing::Deferred;
         let aligning = self.settings.align && deferred && perspective;
@@ -270,7 +275,8 @@ impl Renderer {
             gbuffer: pinhole.size,
             size,
             inferring,
-            aligning: aligning.then(|| infer::Grid::alone(size, max_side)).flatten(),
+            completing,
+            aligning: aligning.then(alone).flatten(),
             frustum: &frustum,
             eye,
         })?;
@@ -410,7 +416,13 @@ impl Renderer {
         };
         self.shade_pass.draw_photographs(gpu, stages.encoder(), &frame, sources, targets);
         stages.ended("photographs")?;
-        self.shade_pass.compose(gpu, stages.encoder(), &frame, targets);
+        let shown =
+            complete::Shown { positions: &targets.records.positions, blended: &targets.blended };
+        let completion = self.complete_pass.draw(gpu, stages.encoder(), completing, shown);
+        if completing.is_some() {
+            stages.ended("complete")?;
+        }
+        self.shade_pass.compose(gpu, stages.encoder(), &frame, &completion, targets);
         stages.ended("compose")?;
         targets.copy_picture(stages.encoder());
         stages.submit();
@@ -512,6 +524,11 @@ fn pixels(size: UVec2) -> u64 {
 /// Whether a mode shows what is inferred where there is no geometry.
 fn infers(mode: Mode) -> bool {
     matches!(mode, Mode::Hybrid | Mode::Sources | Mode::Uncertainty)
+}
+
+/// Whether a mode shows colours from around where nothing has any.
+fn completes(mode: Mode) -> bool {
+    matches!(mode, Mode::Hybrid | Mode::Uncertainty)
 }
 
 /// From `eye` to the farthest of `bounds`, metres; 0 where those are empty.

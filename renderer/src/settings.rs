@@ -128,7 +128,8 @@ pub enum Mode {
     /// Which photographs colour a pixel: each has a colour of its own, blended as they are.
     Sources = 7,
     /// How far the shown surface may be off: green a centimetre, yellow a decimetre, red a metre
-    /// and more; dark where no photograph sees it; magenta where it was inferred.
+    /// and more; dark where no photograph sees it; magenta where it was inferred,
+    /// and dark magenta where it has but the colours around.
     Uncertainty = 8,
 }
 

@@ -6,8 +6,8 @@ use std::mem::offset_of;
 use crate::settings::SplatNormals;
 use crate::splat::Route;
 use crate::{
-    Texturing, align, camera, depth_map, diffuse, forward, gains, infer, lens, mesh, photographs,
-    points, shade, splat, surface, tiles,
+    Texturing, align, camera, complete, depth_map, diffuse, forward, gains, infer, lens, mesh,
+    photographs, points, shade, splat, surface, tiles,
 };
 
 pub(crate) fn sources() -> Vec<(&'static str, String)> {
@@ -28,6 +28,7 @@ pub(crate) fn sources() -> Vec<(&'static str, String)> {
         ("gather", forward::gather_wgsl()),
         ("homography", sprites_wgsl(Texturing::Homography)),
         ("barycentric", sprites_wgsl(Texturing::Barycentric)),
+        ("gather colours", complete::gather_wgsl()),
         ("lens", lens::WGSL.to_owned()),
         ("depth_map", depth_map::WGSL.to_owned()),
         ("spread", gains::measure::spread_wgsl()),

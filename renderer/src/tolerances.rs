@@ -111,6 +111,10 @@ pub const ALIGNMENT_CELLS: f64 = 1e-3;
 /// division, which WGSL lets be off by 2.5 ulp of 6e-8.
 pub const DIFFUSION_RELATIVE: f64 = 4e-6;
 
+/// A channel of a completed colour, linear, 0 to 1, against f64: floats of 11 bits, cut off rather
+/// than rounded by software devices, at each of nine levels up and down.
+pub const COMPLETED: f64 = 3e-3;
+
 /// Which hypothesis is chosen against f64, in hypotheses, where none other is as good: costs of
 /// about 0.1 are rounded by 1e-8, and a parabola that bends by 1e-3 makes a few of those 1e-4.
 pub const CHOICE_INDEX: f64 = 1e-4;

@@ -30,6 +30,8 @@ pub(super) enum What {
     },
     /// No geometry: where the photographs agree.
     Inferred,
+    /// Neither geometry nor a photograph: the colours around.
+    Completed,
 }
 
 /// The colour of a pixel, sRGB, 0 to 1.
@@ -39,10 +41,13 @@ pub(super) fn colour(pixel: &Pixel, mode: Mode) -> DVec3 {
         (Mode::Depth, _) => DVec3::splat(10.0 / (10.0 + pixel.depth_m)),
         (Mode::Normals, _) => 0.5 + 0.5 * pixel.normal,
         (Mode::Uncertainty, _) if matches!(pixel.what, What::Inferred) => DVec3::new(0.8, 0.1, 0.8),
+        (Mode::Uncertainty, _) if matches!(pixel.what, What::Completed) => {
+            DVec3::new(0.4, 0.05, 0.4)
+        }
         (Mode::Uncertainty, blend) => {
             let metres = match pixel.what {
                 What::Mesh { uncertainty_m, .. } => uncertainty_m,
-                What::Point { .. } | What::Inferred => POINT_NOISE_M,
+                What::Point { .. } | What::Inferred | What::Completed => POINT_NOISE_M,
             };
             // A tenth of a metre in the middle, a factor of ten to either end.
             let t = (0.5 + 0.5 * (metres.max(0.01) / 0.1).log10()).clamp(0.0, 1.0);
@@ -62,7 +67,7 @@ fn own_colour(pixel: &Pixel) -> DVec3 {
         What::Point { colour: Some(bytes) } => {
             DVec3::from_array(bytes.map(|byte| f64::from(byte) / 255.0))
         }
-        What::Point { colour: None } | What::Inferred => DVec3::splat(0.55) * lit,
+        What::Point { colour: None } | What::Inferred | What::Completed => DVec3::splat(0.55) * lit,
         What::Mesh { class, .. } => {
             lit * match class {
                 SurfaceClass::Ground => DVec3::new(0.50, 0.50, 0.48),

@@ -40,6 +40,7 @@ use crate::{Mode, Settings, Surface};
 mod alignment;
 mod boxes;
 mod colour;
+mod completion;
 mod difference;
 mod discs;
 mod exposure;
@@ -58,10 +59,11 @@ pub use difference::Difference;
 
 use alignment::Aligned;
 use colour::What;
+use completion::{Coloured, Completion};
 use discs::Point;
 use field::Field;
 use inference::{Hypotheses, Inferred};
-use rigs::Rigs;
+use rigs::{Blend, Rigs};
 use triangles::Triangles;
 
 /// By how much a device's costs of two hypotheses may differ otherwise than in f64, in brightness:
@@ -94,13 +96,15 @@ pub struct Pixel {
     pub rgb: DVec3,
     /// What it shows.
     pub surface: Surface,
-    /// Where that is; `None` for [`Surface::Background`] and [`Surface::Inferred`].
+    /// Where that is; `None` for [`Surface::Background`], [`Surface::Inferred`] and
+    /// [`Surface::Completed`].
     pub place: Option<Place>,
     /// Direction that the pixel sees, world axes, of depth 1 along the view's axis; zero where
     /// its lens sees nothing.
     pub ray: DVec3,
     /// Share by which the depth of an inferred pixel may be another one where the photographs'
-    /// brightnesses are rounded as a device does; 0 elsewhere.
+    /// brightnesses are rounded as a device does, or, if that is more, the depths of those whose
+    /// colours it takes; 0 elsewhere.
     pub doubt: f64,
 }
 
@@ -206,7 +210,10 @@ impl Scene {
             aligned: aligned.as_ref(),
             inferred: inferred.as_ref(),
         };
-        let pixels = field::cells(shown.size).map(|at| painter.pixel(at, &shown.at(at)));
+        let blends = Field::new(shown.size, |at| painter.blend(at, &shown.at(at)));
+        let completion = painter.completion(&shown, &blends);
+        let pixels = field::cells(shown.size)
+            .map(|at| painter.pixel(at, &shown.at(at), blends.at(at), completion.as_ref()));
         ReferenceFrame { size: view.size(), pixels: pixels.collect() }
     }
 }
@@ -234,6 +241,11 @@ fn infers(mode: Mode) -> bool {
     matches!(mode, Mode::Hybrid | Mode::Sources | Mode::Uncertainty)
 }
 
+/// Whether a mode shows colours from around where nothing has any.
+fn completes(mode: Mode) -> bool {
+    matches!(mode, Mode::Hybrid | Mode::Uncertainty)
+}
+
 /// What colours the pixels of a view.
 struct Painter<'a> {
     view: &'a View,
@@ -245,36 +257,76 @@ struct Painter<'a> {
 }
 
 impl Painter<'_> {
-    fn pixel(&self, at: UVec2, pixel: &surfaces::Pixel) -> Pixel {
-        let ray = pixel.ray;
-        let Some(met) = &pixel.met else {
-            return self.nothing(ray, 0.0);
-        };
-        let (depth_m, normal) = (met.shown.depth_m, met.shown.normal);
+    /// What the photographs say together about what a pixel shows.
+    fn blend(&self, at: UVec2, pixel: &surfaces::Pixel) -> Option<Blend> {
+        let met = pixel.met.as_ref()?;
+        let depth_m = met.shown.depth_m;
         let pixels_per_m = self.view.pixels_a_metre(depth_m);
         let moves = self.aligned.map(|aligned| aligned.moves(at.as_dvec2() + 0.5, depth_m));
         let position = self.view.eye() + met.position;
-        let blend = self.rigs.blend(position, &met.shown, pixels_per_m, moves);
-        let is_inferred = matches!(met.what, What::Inferred);
+        self.rigs.blend(position, &met.shown, pixels_per_m, moves)
+    }
+
+    /// Colours for the inferred pixels without one, from those that have one.
+    fn completion(
+        &self,
+        shown: &Field<surfaces::Pixel>,
+        blends: &Field<Option<Blend>>,
+    ) -> Option<Completion> {
+        let inferred = self.inferred.filter(|_| completes(self.mode))?;
+        let coloured = Field::new(shown.size, |at| {
+            let blend = blends.at(at).filter(|_| is_inferred(&shown.at(at)))?;
+            Some(Coloured { colour: blend.colour, doubt: inferred.doubt(at) })
+        });
+        Completion::new(self.view, &coloured)
+    }
+
+    fn pixel(
+        &self,
+        at: UVec2,
+        pixel: &surfaces::Pixel,
+        blend: Option<Blend>,
+        completion: Option<&Completion>,
+    ) -> Pixel {
+        let ray = pixel.ray;
+        let nothing = |doubt| Pixel {
+            rgb: self.background,
+            surface: Surface::Background,
+            place: None,
+            ray,
+            doubt,
+        };
+        let Some(met) = &pixel.met else {
+            return nothing(0.0);
+        };
+        let is_inferred = is_inferred(pixel);
         let inferred = self.inferred.filter(|_| is_inferred);
-        let doubt = inferred.map_or(0.0, |inferred| inferred.doubt(at));
+        let mut doubt = inferred.map_or(0.0, |inferred| inferred.doubt(at));
+        let (mut what, mut blend) = (met.what, blend);
         let surface = match (met.shown.is_point, blend.is_some()) {
-            // Without colour it is nothing.
-            (_, false) if is_inferred => return self.nothing(ray, doubt),
             (_, true) if is_inferred => Surface::Inferred,
+            (_, false) if is_inferred => {
+                // Without any colour it is nothing.
+                let Some(completion) = completion else { return nothing(doubt) };
+                let Coloured { colour, doubt: of_colour } = completion.at(at);
+                doubt = doubt.max(of_colour);
+                what = What::Completed;
+                blend = Some(Blend { colour, mark: colour });
+                Surface::Completed
+            }
             (false, false) => Surface::MeshUncoloured,
             (false, true) => Surface::MeshColoured,
             (true, false) => Surface::PointUncoloured,
             (true, true) => Surface::PointColoured,
         };
-        let what = met.what;
+        let (depth_m, normal) = (met.shown.depth_m, met.shown.normal);
         let rgb = colour::colour(&colour::Pixel { depth_m, normal, what, blend }, self.mode);
         // Nothing may be measured at what is inferred.
         let place = (!is_inferred).then_some(Place { position: met.position, depth_m, normal });
         Pixel { rgb, surface, place, ray, doubt }
     }
+}
 
-    fn nothing(&self, ray: DVec3, doubt: f64) -> Pixel {
-        Pixel { rgb: self.background, surface: Surface::Background, place: None, ray, doubt }
-    }
+fn is_inferred(pixel: &surfaces::Pixel) -> bool {
+    pixel.met.is_some_and(|met| matches!(met.what, What::Inferred))
 }

@@ -20,6 +20,7 @@ use crate::{Frame, Mode, Renderer, Settings, SplatNormals};
 mod common;
 
 mod alignment;
+mod completion;
 mod everything;
 mod gains;
 mod inference;

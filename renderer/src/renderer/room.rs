@@ -4,6 +4,7 @@ use glam::{DVec3, UVec2};
 
 use super::Renderer;
 use crate::align::AlignPass;
+use crate::complete::CompletePass;
 use crate::forward::ForwardPass;
 use crate::frustum::Frustum;
 use crate::gains::Gains;
@@ -16,8 +17,9 @@ use crate::{MemoryReport, RenderError};
 pub(super) struct Picture<'a> {
     pub(super) gbuffer: UVec2,
     pub(super) size: UVec2,
-    /// The grids of inference and alignment, where there are any.
+    /// The grids of inference, completion and alignment, where there are any.
     pub(super) inferring: Option<Grid>,
+    pub(super) completing: Option<Grid>,
     pub(super) aligning: Option<Grid>,
     pub(super) frustum: &'a Frustum,
     pub(super) eye: DVec3,
@@ -33,7 +35,7 @@ impl Renderer {
             depth_maps: self.maps.bytes(),
             large_discs: self.splat_pass.bytes(),
             targets: self.targets.as_ref().map_or(0, Targets::bytes),
-            inference: self.infer_pass.bytes(),
+            inference: self.infer_pass.bytes() + self.complete_pass.bytes(),
             alignment: self.align_pass.bytes(),
             sprites: self.forward_pass.as_ref().map_or(0, ForwardPass::bytes),
             gains: self.gains.bytes(),
@@ -45,6 +47,7 @@ impl Renderer {
         if self.memory().total() > self.settings.gpu_memory_bytes {
             self.targets = None;
             self.infer_pass.release_but(None);
+            self.complete_pass.release_but(None);
             self.align_pass.release_but(&self.gpu, None);
             self.forward_pass.iter_mut().for_each(ForwardPass::release);
             self.gains.release_but(0);
@@ -63,11 +66,13 @@ impl Renderer {
             (targets.gbuffer_size, targets.picture_size) != (picture.gbuffer, picture.size)
         });
         self.infer_pass.release_but(picture.inferring);
+        self.complete_pass.release_but(picture.completing);
         self.align_pass.release_but(&self.gpu, picture.aligning);
         self.gains.release_but(measured);
 
         let needed = Targets::bytes_for(picture.gbuffer, picture.size)
             + picture.inferring.map_or(0, InferPass::bytes_for)
+            + picture.completing.map_or(0, CompletePass::bytes_for)
             + picture.aligning.map_or(self.align_pass.bytes(), AlignPass::bytes_for)
             + Gains::bytes_for(measured);
         let (held, most) = (self.memory().of_scene(), self.settings.gpu_memory_bytes);

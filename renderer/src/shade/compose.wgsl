@@ -16,6 +16,11 @@ struct Frame {
 @group(0) @binding(1) var positions: texture_2d<u32>;
 @group(0) @binding(2) var orientations: texture_2d<u32>;
 @group(0) @binding(3) var blended: texture_2d<f32>;
+// Linear, over the cells of a grid; and 1, or 0 where there is nothing to complete it by.
+@group(0) @binding(4) var completion: texture_2d<f32>;
+@group(0) @binding(5) var filtering: sampler;
+// Pixels that those cells cover.
+@group(0) @binding(6) var<uniform> spanned: vec2<f32>;
 
 // Modes, as `Mode` in settings.rs.
 const MODE_POINTS_COLOUR: u32 = 3u;
@@ -40,8 +45,10 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     var colour = frame.background;
     var surface = SHOWS_NOTHING;
     let coloured = sum.w > 0.0;
+    let around = textureSampleLevel(completion, filtering, at.xy / spanned, 0.0);
+    let has_colour = coloured || around.w > 0.5;
     // An inferred place without colour is none.
-    if place.kind != SHOWS_NOTHING && (place.kind != SHOWS_INFERRED || coloured) {
+    if place.kind != SHOWS_NOTHING && (place.kind != SHOWS_INFERRED || has_colour) {
         surface = place.kind + select(0u, 1u, coloured);
         // Of the place, too, so that it is no branch on a uniform: see shade/colour.wgsl.
         switch select(frame.mode, 0u, place.kind == SHOWS_NOTHING) {
@@ -54,8 +61,8 @@ fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
             case MODE_UNCERTAINTY: { colour = uncertainty_colour(place, coloured); }
             default: {
                 colour = own_colour(place);
-                if coloured {
-                    colour = srgb_from_linear(sum.rgb / sum.w);
+                if coloured || place.kind == SHOWS_INFERRED {
+                    colour = srgb_from_linear(select(around.rgb, sum.rgb / sum.w, coloured));
                 }
             }
         }
@@ -69,10 +76,10 @@ fn nearness(place: Place) -> f32 {
 }
 
 // From green (a centimetre) over yellow (a decimetre) to red (a metre and more); dark where no
-// photograph sees the place; magenta where it was inferred.
+// photograph sees the place; magenta where it was inferred, dark as well.
 fn uncertainty_colour(place: Place, coloured: bool) -> vec3<f32> {
     if place.kind == SHOWS_INFERRED {
-        return vec3(0.8, 0.1, 0.8);
+        return vec3(0.8, 0.1, 0.8) * select(0.5, 1.0, coloured);
     }
     let metres = select(place.delta, POINT_M, place.kind == SHOWS_POINT);
     let t = clamp(0.5 + 0.5 * log2(max(metres, 0.01) / 0.1) / log2(10.0), 0.0, 1.0);

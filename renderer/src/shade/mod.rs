@@ -10,6 +10,7 @@
 
 use wgpu::util::DeviceExt as _;
 
+use crate::complete::Completion;
 use crate::depth_map::DepthMaps;
 use crate::forward::Sprites;
 use crate::photographs::atlas::Atlas;
@@ -210,14 +211,19 @@ impl ShadePass {
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         frame: &gpu_data::Frame,
+        completion: &Completion,
         targets: &Targets,
     ) {
+        let spanned = uniform(gpu, bytemuck::bytes_of(&completion.spanned.to_array()));
         let uniform = uniform(gpu, bytemuck::bytes_of(frame));
         let bindings = vec![
             uniform.as_entire_binding(),
             wgpu::BindingResource::TextureView(&targets.records.positions),
             wgpu::BindingResource::TextureView(&targets.records.orientations),
             wgpu::BindingResource::TextureView(&targets.blended),
+            wgpu::BindingResource::TextureView(&completion.colours),
+            wgpu::BindingResource::Sampler(&self.filtering),
+            spanned.as_entire_binding(),
         ];
         self.compose.draw(gpu, encoder, bindings, &[&targets.picture_view()]);
     }

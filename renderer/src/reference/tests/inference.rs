@@ -23,13 +23,13 @@ const FAR: DVec3 = DVec3::new(651_187.3, 6_861_353.6, 42.8);
 
 const RIGS: usize = 3;
 
-fn inferring() -> Settings {
+pub(super) fn inferring() -> Settings {
     Settings { infer: true, ..settings() }
 }
 
 /// A street without the wall at which the view looks, and without its pole, whose shadows would lie on
 /// inferred depths: what was there is in the photographs alone.
-fn updates(origin: DVec3) -> Vec<SceneUpdate> {
+pub(super) fn updates(origin: DVec3) -> Vec<SceneUpdate> {
     let street = Street::with_pole(origin);
     let without_pole = Street { blocks: vec![street.blocks[0], street.blocks[2]], ..street };
     let taken = |id: &str, at: [f64; 3], heading: f64| {

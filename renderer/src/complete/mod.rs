@@ -1,0 +1,110 @@
+//! Colours for places that were inferred and that no photograph reaches: those of the inferred
+//! places around.
+//!
+//! Between photographs, and above them, the sky has holes. On a coarse grid the colours of what was
+//! inferred are gathered and diffused; the picture shows them where it has none of its own.
+//!
+//! Equations are in reference.rs.
+
+use glam::{UVec2, Vec2};
+use wgpu::util::DeviceExt as _;
+
+use crate::diffuse::{DiffusePass, Levels};
+use crate::infer::Grid;
+use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass};
+use crate::surface::PLACE_WGSL;
+use crate::{Gpu, octahedral};
+
+pub(crate) mod reference;
+#[cfg(test)]
+mod tests;
+
+/// What every device can filter.
+const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
+/// The shader that gathers the colours of cells.
+pub(crate) fn gather_wgsl() -> String {
+    [octahedral::WGSL, PLACE_WGSL, WHOLE_WGSL, include_str!("gather.wgsl")].concat()
+}
+
+/// The pipelines of this pass, and its textures.
+#[derive(Debug)]
+pub(crate) struct CompletePass {
+    gather: ScreenPass,
+    diffuse: DiffusePass,
+    cells: Option<(Grid, Levels)>,
+}
+
+/// A picture that is to be completed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown<'a> {
+    /// See surface/place.wgsl.
+    pub(crate) positions: &'a wgpu::TextureView,
+    /// Linear colours times their weight, and that.
+    pub(crate) blended: &'a wgpu::TextureView,
+}
+
+/// Colours for what has none.
+#[derive(Clone, Debug)]
+pub(crate) struct Completion {
+    /// Linear, of each cell; and 1, or 0 where there is no colour for any.
+    pub(crate) colours: wgpu::TextureView,
+    /// Pixels that the cells cover, a little more than the picture.
+    pub(crate) spanned: Vec2,
+}
+
+impl CompletePass {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        Self {
+            gather: screen_pass(gpu, "gather colours", &gather_wgsl(), &[COLOUR_FORMAT]),
+            diffuse: DiffusePass::new(gpu, COLOUR_FORMAT),
+            cells: None,
+        }
+    }
+
+    /// What [`CompletePass::bytes`] is once a picture was drawn on `grid`.
+    pub(crate) fn bytes_for(grid: Grid) -> u64 {
+        Levels::bytes_for(grid.cells, COLOUR_FORMAT)
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.cells.as_ref().map_or(0, |(_, levels)| levels.bytes())
+    }
+
+    /// Gives its textures back, but where they are those of `grid`.
+    pub(crate) fn release_but(&mut self, grid: Option<Grid>) {
+        self.cells.take_if(|(of, _)| Some(*of) != grid);
+    }
+
+    /// Colours for what of a picture is inferred and has none; without a grid there are none.
+    pub(crate) fn draw(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        grid: Option<Grid>,
+        shown: Shown<'_>,
+    ) -> Completion {
+        self.release_but(grid);
+        let Some(grid) = grid else {
+            // Something has to be bound: a cell of which nothing is known.
+            let nothing = Levels::new(gpu, UVec2::ONE, COLOUR_FORMAT);
+            return Completion { colours: nothing.whole().clone(), spanned: Vec2::ONE };
+        };
+        let levels = || (grid, Levels::new(gpu, grid.cells, COLOUR_FORMAT));
+        let (_, levels) = self.cells.get_or_insert_with(levels);
+        let step = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("complete"),
+            contents: bytemuck::bytes_of(&grid.step),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let bindings = vec![
+            step.as_entire_binding(),
+            wgpu::BindingResource::TextureView(shown.positions),
+            wgpu::BindingResource::TextureView(shown.blended),
+        ];
+        self.gather.draw(gpu, encoder, bindings, &[levels.known()]);
+        self.diffuse.draw(gpu, encoder, levels, [0.0; 3]);
+        Completion { colours: levels.whole().clone(), spanned: (grid.cells * grid.step).as_vec2() }
+    }
+}

@@ -1,0 +1,42 @@
+//! Colours for inferred pixels that no photograph reaches.
+
+use flaneur_scene::View;
+use glam::{DVec3, DVec4, UVec2};
+
+use super::field::Field;
+use super::rigs::MAX_SIDE;
+use crate::complete::reference::completed;
+use crate::infer::Grid;
+
+/// The colours of inferred pixels, spread over all cells of a grid.
+#[derive(Clone, Debug)]
+pub(super) struct Completion {
+    /// Pixels a side of a cell.
+    step: f64,
+    colours: Field<DVec4>,
+}
+
+/// A colour, and how far it is to be relied upon.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coloured {
+    /// Linear.
+    pub(super) colour: DVec3,
+    /// See [`super::Pixel::doubt`].
+    pub(super) doubt: f64,
+}
+
+impl Completion {
+    /// From the pixels of a view that are inferred and coloured; `None` where there are none.
+    pub(super) fn new(view: &View, inferred: &Field<Option<Coloured>>) -> Option<Self> {
+        let grid = Grid::alone(view.size(), MAX_SIDE)?;
+        // Doubts spread as colours do.
+        let picture = inferred.each(|pixel| pixel.map(|p| p.colour.extend(p.doubt)));
+        Some(Self { step: grid.step.into(), colours: completed(&picture, grid)? })
+    }
+
+    /// What a pixel takes.
+    pub(super) fn at(&self, pixel: UVec2) -> Coloured {
+        let spread = self.colours.between((pixel.as_dvec2() + 0.5) / self.step);
+        Coloured { colour: spread.truncate(), doubt: spread.w }
+    }
+}
