@@ -80,7 +80,14 @@ pub(crate) fn sources() -> [(&'static str, String); 9] {
     [
         (
             "align sight",
-            [&shade::colour_wgsl(), infer::BRIGHTNESS_WGSL, ALIGNMENT_WGSL, sight].concat(),
+            [
+                &shade::colour_wgsl(),
+                shade::TILE_WGSL,
+                infer::BRIGHTNESS_WGSL,
+                ALIGNMENT_WGSL,
+                sight,
+            ]
+            .concat(),
         ),
         ("pair", [whole, include_str!("pair.wgsl")].concat()),
         ("pattern", [whole, include_str!("pattern.wgsl")].concat()),

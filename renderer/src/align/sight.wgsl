@@ -13,12 +13,14 @@ struct Sight {
 
 // Tiles are the picture's.
 @vertex
-fn tile(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> @builtin(position) vec4<f32> {
+fn tile(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> Corner {
     return corner_of(tile, index, alignment.step * vec2<f32>(alignment.cells));
 }
 
 @fragment
-fn fs(@builtin(position) at: vec4<f32>) -> Sight {
+fn fs(corner: Corner) -> Sight {
+    take(corner);
+    let at = corner.position;
     var sight: Sight;
     let pixel = min(vec2<i32>(at.xy * alignment.step), vec2<i32>(frame.size) - 1);
     let orientation = textureLoad(orientations, pixel, 0).xy;

@@ -15,6 +15,7 @@ fn sprite_vs(
     @builtin(vertex_index) corner: u32,
     @builtin(instance_index) instance: u32,
 ) -> Varyings {
+    photograph = given;
     let sprite = sprite_of(instance);
     let h = sprite.homography;
     let home = sprite.home.x | (sprite.home.y << 16u);
@@ -23,6 +24,7 @@ fn sprite_vs(
 
 @fragment
 fn sprite_fs(in: Varyings) -> @location(0) vec4<f32> {
+    photograph = given;
     let cell = vec2<u32>(in.position.xy);
     if !is_own_pixel(cell, in.key.xyz) {
         discard;

@@ -10,6 +10,7 @@ const LEAST_TEXELS: f32 = 0.5;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    photograph = given;
     let place = places[id.x];
     let seen = projected(place.xyz);
     let texels = place.w * photograph.lens.focal.y / seen.position.z;

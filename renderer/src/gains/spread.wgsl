@@ -16,6 +16,7 @@ fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    photograph = given;
     let grid = 8u * groups.xy;
     let at = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(grid);
     let texel = vec2<i32>(at * vec2<f32>(photograph.map_size));

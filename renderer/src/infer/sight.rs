@@ -41,7 +41,8 @@ pub(crate) const BRIGHTNESS_WGSL: &str = include_str!("brightness.wgsl");
 /// The shader.
 pub(super) fn wgsl() -> String {
     let sight = include_str!("sight.wgsl");
-    [&shade::colour_wgsl(), BRIGHTNESS_WGSL, super::INFERENCE_WGSL, sight].concat()
+    [&shade::colour_wgsl(), shade::TILE_WGSL, BRIGHTNESS_WGSL, super::INFERENCE_WGSL, sight]
+        .concat()
 }
 
 impl SightPass {

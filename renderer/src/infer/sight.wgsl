@@ -17,13 +17,15 @@ const COARSER: f32 = 2.0;
 @group(0) @binding(6) var<uniform> inference: Inference;
 
 @vertex
-fn tile(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> @builtin(position) vec4<f32> {
+fn tile(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> Corner {
     let rows = inference.cells.y * inference.hypotheses;
     return corner_of(tile, index, vec2<f32>(vec2(inference.cells.x, rows)));
 }
 
 @fragment
-fn fs(@builtin(position) at: vec4<f32>) -> Sight {
+fn fs(corner: Corner) -> Sight {
+    take(corner);
+    let at = corner.position;
     let shown = textureLoad(positions, vec2<i32>(at.xy), 0);
     let place = bitcast<vec3<f32>>(shown.xyz);
     let found = projected(place);
@@ -34,8 +36,8 @@ fn fs(@builtin(position) at: vec4<f32>) -> Sight {
     let reach = REACH * exp2(lod);
     var around = 0.0;
     for (var i = 0u; i < 4u; i++) {
-        let corner = 2.0 * vec2<f32>(vec2(i & 1u, i >> 1u)) - 1.0;
-        around += 0.25 * brightness(look_up(found.pixel + reach * corner, coarse).rgb);
+        let towards = 2.0 * vec2<f32>(vec2(i & 1u, i >> 1u)) - 1.0;
+        around += 0.25 * brightness(look_up(found.pixel + reach * towards, coarse).rgb);
     }
     var sight: Sight;
     sight.seen = vec2(brightness(texel.rgb) - around, 1.0);

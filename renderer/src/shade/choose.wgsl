@@ -3,7 +3,9 @@
 // blend.wgsl.
 
 @fragment
-fn fs(@builtin(position) at: vec4<f32>) -> @builtin(frag_depth) f32 {
+fn fs(corner: Corner) -> @builtin(frag_depth) f32 {
+    take(corner);
+    let at = corner.position;
     let place = textureLoad(positions, vec2<i32>(at.xy), 0);
     let border = projected(bitcast<vec3<f32>>(place.xyz)).border;
     let depth = photograph.rig_floor + photograph.rig_step * rig_score(border, photograph.closeness);

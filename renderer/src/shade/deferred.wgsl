@@ -10,7 +10,9 @@ override POINTS_APART: bool = false;
 override ALIGNED: bool = false;
 
 @fragment
-fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+fn fs(corner: Corner) -> @location(0) vec4<f32> {
+    take(corner);
+    let at = corner.position;
     let cell = vec2<i32>(at.xy);
     let orientation = textureLoad(orientations, cell, 0).xy;
     let place = unpacked(textureLoad(positions, cell, 0), orientation);

@@ -35,6 +35,8 @@ use pipelines::{Key, PhotographPipelines};
 pub(crate) const BLEND_WGSL: &str = include_str!("blend.wgsl");
 /// One photograph, to be put before the shaders that look places up in it, and how it is looked up.
 pub(crate) const PHOTOGRAPH_WGSL: &str = include_str!("photograph.wgsl");
+/// Photographs over tiles, to be put before the shaders that draw them so.
+pub(crate) const TILE_WGSL: &str = include_str!("tile.wgsl");
 pub(crate) const TEXEL_WGSL: &str = include_str!("texel.wgsl");
 
 pub(crate) const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -47,7 +49,8 @@ const MAX_PHOTOGRAPHS: u32 = 255;
 
 /// The shader that finds the best camera of a rig.
 pub(crate) fn choose_wgsl() -> String {
-    [lens::WGSL, PHOTOGRAPH_WGSL, BLEND_WGSL, include_str!("choose.wgsl")].concat()
+    let tiles = [TILE_WGSL, include_str!("over_tiles.wgsl")].concat();
+    [lens::WGSL, PHOTOGRAPH_WGSL, &tiles, BLEND_WGSL, include_str!("choose.wgsl")].concat()
 }
 
 /// What a photograph says about a place, to be put before the shaders that ask it.
@@ -67,7 +70,8 @@ pub(crate) fn colour_wgsl() -> String {
 
 /// The shader that adds a photograph's colours where it sees what pixels show.
 pub(crate) fn deferred_wgsl() -> String {
-    [&colour_wgsl(), include_str!("deferred.wgsl")].concat()
+    let tiles = [TILE_WGSL, include_str!("over_tiles.wgsl")].concat();
+    [&colour_wgsl(), &tiles, include_str!("deferred.wgsl")].concat()
 }
 
 /// The shader that makes the picture.

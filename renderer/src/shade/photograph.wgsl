@@ -1,5 +1,4 @@
-// One photograph at a time, over the tiles of the picture that it can see something of. Needs
-// lens.wgsl.
+// One photograph at a time. Needs lens.wgsl.
 
 // Mirrors `gpu_data::Photograph` in shade/photograph.rs.
 struct Photograph {
@@ -68,8 +67,6 @@ struct Projected {
     border: f32,
 }
 
-// Pixels a side of a tile, see tiles/mod.rs.
-const TILE: u32 = 32u;
 // Metres. Nothing nearer to a photograph's eye plane is looked up in it.
 const NEAREST_DEPTH_M: f32 = 0.05;
 
@@ -82,20 +79,10 @@ override LENS_MODEL: u32 = 0u;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var positions: texture_2d<u32>;
-@group(1) @binding(0) var<uniform> photograph: Photograph;
+@group(1) @binding(0) var<uniform> given: Photograph;
 
-// One instance a tile: its column in the low half, its row in the high. A strip of its corners.
-@vertex
-fn vs(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> @builtin(position) vec4<f32> {
-    return corner_of(tile, index, frame.size);
-}
-
-// A corner of a tile, of a picture of `size` pixels.
-fn corner_of(tile: u32, index: u32, size: vec2<f32>) -> vec4<f32> {
-    let cell = vec2((tile & 0xffffu) + (index & 1u), (tile >> 16u) + (index >> 1u));
-    let ndc = 2.0 * vec2<f32>(cell * TILE) / size - 1.0;
-    return vec4(ndc.x, -ndc.y, 0.0, 1.0);
-}
+// What entry points take `given` for, each in its way: see tile.wgsl.
+var<private> photograph: Photograph;
 
 // place: relative to the eye, world axes.
 fn projected(place: vec3<f32>) -> Projected {

@@ -1,0 +1,83 @@
+// Photographs over the tiles of a picture that they can see something of. Needs photograph.wgsl.
+//
+// Fragments take the photograph from the corners of the tile rather than from the uniform: Mesa's
+// software driver reads every word of a uniform once for each pixel.
+
+struct Corner {
+    @builtin(position) position: vec4<f32>,
+    @location(0) @interpolate(flat) w0: vec4<u32>,
+    @location(1) @interpolate(flat) w1: vec4<u32>,
+    @location(2) @interpolate(flat) w2: vec4<u32>,
+    @location(3) @interpolate(flat) w3: vec4<u32>,
+    @location(4) @interpolate(flat) w4: vec4<u32>,
+    @location(5) @interpolate(flat) w5: vec4<u32>,
+    @location(6) @interpolate(flat) w6: vec4<u32>,
+    @location(7) @interpolate(flat) w7: vec4<u32>,
+    @location(8) @interpolate(flat) w8: vec4<u32>,
+    @location(9) @interpolate(flat) w9: vec4<u32>,
+    @location(10) @interpolate(flat) w10: vec4<u32>,
+    @location(11) @interpolate(flat) w11: vec4<u32>,
+    @location(12) @interpolate(flat) w12: vec4<u32>,
+    @location(13) @interpolate(flat) w13: vec4<u32>,
+}
+
+// Pixels a side of a tile, see tiles/mod.rs.
+const TILE: u32 = 32u;
+
+// A corner of a tile, its column in the low half and its row in the high, of a picture of `size`
+// pixels; four make a strip.
+fn corner_of(tile: u32, index: u32, size: vec2<f32>) -> Corner {
+    let cell = vec2((tile & 0xffffu) + (index & 1u), (tile >> 16u) + (index >> 1u));
+    let ndc = 2.0 * vec2<f32>(cell * TILE) / size - 1.0;
+    let p = given;
+    var corner: Corner;
+    corner.position = vec4(ndc.x, -ndc.y, 0.0, 1.0);
+    corner.w0 = vec4(bitcast<vec2<u32>>(p.lens.focal), bitcast<vec2<u32>>(p.lens.centre));
+    corner.w1 = vec4(bitcast<vec2<u32>>(p.lens.distortion_centre), bitcast<u32>(p.lens.limit), p.lens.model);
+    corner.w2 = bitcast<vec4<u32>>(p.lens.k);
+    corner.w3 = vec4(bitcast<vec2<u32>>(p.lens.tangential), bitcast<vec2<u32>>(p.lens.size));
+    corner.w4 = vec4(bitcast<vec3<u32>>(p.right), p.layer);
+    corner.w5 = vec4(bitcast<vec3<u32>>(p.down), p.map_layer);
+    corner.w6 = vec4(bitcast<vec3<u32>>(p.forward), bitcast<u32>(p.eye_distance_2));
+    corner.w7 = vec4(bitcast<vec3<u32>>(p.centre), bitcast<u32>(p.texel));
+    corner.w8 = vec4(bitcast<vec2<u32>>(p.map_focal), bitcast<vec2<u32>>(p.map_centre));
+    corner.w9 = vec4(p.map_size, bitcast<vec2<u32>>(p.corner));
+    corner.w10 = vec4(bitcast<vec3<u32>>(p.gain), bitcast<u32>(p.max_lod));
+    corner.w11 = vec4(bitcast<vec3<u32>>(p.mark), bitcast<u32>(p.rig_weight));
+    corner.w12 = vec4(bitcast<u32>(p.closeness), bitcast<u32>(p.rig_floor), bitcast<u32>(p.rig_step), bitcast<u32>(p.pose_m));
+    corner.w13 = vec4(bitcast<u32>(p.shift), bitcast<u32>(p.shift_step), 0u, 0u);
+    return corner;
+}
+
+fn take(corner: Corner) {
+    photograph.lens.focal = bitcast<vec2<f32>>(corner.w0.xy);
+    photograph.lens.centre = bitcast<vec2<f32>>(corner.w0.zw);
+    photograph.lens.distortion_centre = bitcast<vec2<f32>>(corner.w1.xy);
+    photograph.lens.limit = bitcast<f32>(corner.w1.z);
+    photograph.lens.model = corner.w1.w;
+    photograph.lens.k = bitcast<vec4<f32>>(corner.w2);
+    photograph.lens.tangential = bitcast<vec2<f32>>(corner.w3.xy);
+    photograph.lens.size = bitcast<vec2<f32>>(corner.w3.zw);
+    photograph.right = bitcast<vec3<f32>>(corner.w4.xyz);
+    photograph.layer = corner.w4.w;
+    photograph.down = bitcast<vec3<f32>>(corner.w5.xyz);
+    photograph.map_layer = corner.w5.w;
+    photograph.forward = bitcast<vec3<f32>>(corner.w6.xyz);
+    photograph.eye_distance_2 = bitcast<f32>(corner.w6.w);
+    photograph.centre = bitcast<vec3<f32>>(corner.w7.xyz);
+    photograph.texel = bitcast<f32>(corner.w7.w);
+    photograph.map_focal = bitcast<vec2<f32>>(corner.w8.xy);
+    photograph.map_centre = bitcast<vec2<f32>>(corner.w8.zw);
+    photograph.map_size = corner.w9.xy;
+    photograph.corner = bitcast<vec2<f32>>(corner.w9.zw);
+    photograph.gain = bitcast<vec3<f32>>(corner.w10.xyz);
+    photograph.max_lod = bitcast<f32>(corner.w10.w);
+    photograph.mark = bitcast<vec3<f32>>(corner.w11.xyz);
+    photograph.rig_weight = bitcast<f32>(corner.w11.w);
+    photograph.closeness = bitcast<f32>(corner.w12.x);
+    photograph.rig_floor = bitcast<f32>(corner.w12.y);
+    photograph.rig_step = bitcast<f32>(corner.w12.z);
+    photograph.pose_m = bitcast<f32>(corner.w12.w);
+    photograph.shift = bitcast<f32>(corner.w13.x);
+    photograph.shift_step = bitcast<f32>(corner.w13.y);
+}
