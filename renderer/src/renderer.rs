@@ -266,8 +266,8 @@ impl Renderer {
         let inferring = (self.settings.infer && infers(mode) && perspective)
             .then(|| infer::Grid::new(size, self.settings.inferred_hypotheses, max_side))
             .flatten();
-        let alone = || infer::Grid::alone(size, max_side);
-        let completing = inferring.filter(|_| completes(mode)).and_then(|_| alone());
+        let completing =
+            inferring.filter(|_| completes(mode)).and_then(|_| complete::grid(size, max_side));
         // Sprites bring their own projections, which know of no displacement.
         let deferred = self.settings.texturing == Texturing::Deferred;
         let aligning = self.settings.align && deferred && perspective;
@@ -276,7 +276,7 @@ impl Renderer {
             size,
             inferring,
             completing,
-            aligning: aligning.then(alone).flatten(),
+            aligning: aligning.then(|| infer::Grid::alone(size, max_side)).flatten(),
             frustum: &frustum,
             eye,
         })?;

@@ -22,6 +22,12 @@ mod tests;
 /// What every device can filter.
 const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
+/// The grid for a picture, of textures of at most `max_side`: colours need no finer one than twice
+/// that of depths, and a quarter of its cells is a quarter of the time.
+pub(crate) fn grid(picture: UVec2, max_side: u32) -> Option<Grid> {
+    Grid::alone(picture, max_side).map(|grid| grid.coarser(1))
+}
+
 /// The shader that gathers the colours of cells.
 pub(crate) fn gather_wgsl() -> String {
     [octahedral::WGSL, PLACE_WGSL, WHOLE_WGSL, include_str!("gather.wgsl")].concat()

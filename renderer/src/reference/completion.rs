@@ -5,8 +5,8 @@ use glam::{DVec3, DVec4, UVec2};
 
 use super::field::Field;
 use super::rigs::MAX_SIDE;
+use crate::complete;
 use crate::complete::reference::completed;
-use crate::infer::Grid;
 
 /// The colours of inferred pixels, spread over all cells of a grid.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub(super) struct Coloured {
 impl Completion {
     /// From the pixels of a view that are inferred and coloured; `None` where there are none.
     pub(super) fn new(view: &View, inferred: &Field<Option<Coloured>>) -> Option<Self> {
-        let grid = Grid::alone(view.size(), MAX_SIDE)?;
+        let grid = complete::grid(view.size(), MAX_SIDE)?;
         // Doubts spread as colours do.
         let picture = inferred.each(|pixel| pixel.map(|p| p.colour.extend(p.doubt)));
         Some(Self { step: grid.step.into(), colours: completed(&picture, grid)? })
