@@ -68,11 +68,35 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum SplatNormals {
     /// The eye.
+    #[default]
     Eye,
     /// Along the normals that points come with; the eye where they have none. Takes four bytes
     /// more a point.
-    #[default]
     Estimated,
+}
+
+impl SplatNormals {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Eye, Self::Estimated];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Eye => "eye",
+            Self::Estimated => "estimated",
+        }
+    }
+}
+
+impl std::str::FromStr for SplatNormals {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|way| way.name() == text).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("splats cannot face {text:?}; they face one of {names}")
+        })
+    }
 }
 
 /// How the nearest splat of a pixel is found.
@@ -285,7 +309,7 @@ impl Default for Settings {
             exposure_gains: true,
             splat_scale: 0.75,
             max_splat_radius_m: 0.25,
-            splat_normals: SplatNormals::Estimated,
+            splat_normals: SplatNormals::Eye,
             splat_route: SplatRoute::Auto,
             quads_from_px: None,
             gpu_memory_bytes: 8 << 30,

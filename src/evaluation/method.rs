@@ -49,9 +49,9 @@ pub(crate) static METHODS: &[Method] = &[
         making: Making::Rendered { mesh: true, points: true, settings: |whole| whole },
     },
     changed(
-        "hybrid-without-normals",
-        "Points face the eye instead of lying on the planes of their neighbours",
-        |whole| Settings { splat_normals: SplatNormals::Eye, ..whole },
+        "hybrid-with-normals",
+        "Points lie on the planes of their neighbours instead of facing the eye",
+        |whole| Settings { splat_normals: SplatNormals::Estimated, ..whole },
     ),
     changed("hybrid-without-depth-test", "Photographs go through everything", |whole| Settings {
         depth_test: false,

@@ -1,6 +1,6 @@
 //! The renderer's settings as reports give them.
 
-use flaneur_renderer::{Settings, SplatNormals, SplatRoute};
+use flaneur_renderer::{Settings, SplatRoute};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
@@ -44,10 +44,7 @@ impl StatedSettings {
             "exposure_gains": exposure_gains,
             "splat_scale": splat_scale,
             "max_splat_radius_m": max_splat_radius_m,
-            "splat_normals": match splat_normals {
-                SplatNormals::Eye => "eye",
-                SplatNormals::Estimated => "estimated",
-            },
+            "splat_normals": splat_normals.name(),
             "splat_route": match splat_route {
                 SplatRoute::Auto => "auto",
                 SplatRoute::Atomic64 => "64-bit atomics",

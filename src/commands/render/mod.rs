@@ -81,6 +81,9 @@ pub(crate) struct RenderArguments {
     /// and leave the alignment of neighbouring photographs out
     #[arg(long, default_value = "deferred")]
     texturing: Texturing,
+    /// Which way points face: eye, or estimated, along the normals of their neighbours
+    #[arg(long, value_name = "WAY", default_value = "eye")]
+    splat_normals: SplatNormals,
     /// Size of the picture in pixels [default: that of the --like photograph or of the view in
     /// the file, else 1024x512]
     #[arg(long, value_name = "WxH")]
@@ -120,6 +123,7 @@ pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result
     };
     let settings = Settings {
         texturing: arguments.texturing,
+        splat_normals: arguments.splat_normals,
         gpu_memory_bytes: arguments.gpu_memory.bytes(),
         ..Settings::default()
     };
