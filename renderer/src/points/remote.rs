@@ -8,7 +8,7 @@
 //! station is (s) than the nearest place that its source was taken from (s₀); far from all of them
 //! that makes less and less of a difference. Without times every block is at 0.
 //!
-//! - In a view blocks are put 3 m behind for each metre of u beyond the first, at most 60 m: in
+//! - In a view blocks are put 0.3 m behind for each metre of u beyond the first, at most 10 m: in
 //!   the order of points alone, so that what is shown stays where it is. It is continuous in the
 //!   eye, and where no near point is seen the others still close the gap.
 //! - In a photograph's depth map every metre of u is a rank, and nearer ranks go first. As the map
@@ -28,9 +28,11 @@ const RANK_M: f64 = 16_384.0;
 const RANKS: f64 = 16.0;
 /// Remoteness of which a view takes no notice, metres.
 const NEAR_M: f64 = 1.0;
-/// Metres that a block is put behind in a view, for each of its remoteness.
-const BEHIND: f64 = 3.0;
-const MOST_BEHIND_M: f64 = 60.0;
+/// Metres that a block is put behind in a view, for each of its remoteness: several times what poses
+/// drift, and little enough that what the vehicle saw beyond a car from above its roof does not
+/// go before the roof.
+const BEHIND: f64 = 0.3;
+const MOST_BEHIND_M: f64 = 10.0;
 /// Farther from all stations than this the eye makes less of their differences, metres.
 const BESIDE_M: f64 = 3.0;
 /// Blocks nearer than this are not nearer still, metres.
@@ -139,7 +141,7 @@ mod tests {
                 least = least.min(behind(station, here));
                 most = most.max(behind(station, here));
             }
-            assert!(least == 0.0 && most > 30.0, "{station}: {least} {most}");
+            assert!(least == 0.0 && most > 0.5 * MOST_BEHIND_M, "{station}: {least} {most}");
         }
     }
 

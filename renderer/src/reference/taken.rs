@@ -44,8 +44,8 @@ impl Taken {
     pub(super) fn behind_in_view_m(&self, eye: DVec3) -> f64 {
         match self.remoteness(eye) {
             u if u < 1.0 => 0.0,
-            u if u > 21.0 => 60.0,
-            u => 3.0 * (u - 1.0),
+            u if 0.3 * (u - 1.0) > 10.0 => 10.0,
+            u => 0.3 * (u - 1.0),
         }
     }
 
