@@ -56,7 +56,7 @@ impl Fed {
                 self.stream(&behind(view), limits, true, context).await?;
                 return self.stream(view, limits, false, context).await;
             }
-            Feed::Whole | Feed::FacingEye => {}
+            Feed::Whole | Feed::OnPlanes => {}
         }
         self.stream(view, limits, true, context).await
     }

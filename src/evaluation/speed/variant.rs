@@ -12,8 +12,8 @@ const LARGEST_MAP: u32 = 1024;
 pub(crate) enum Feed {
     /// Everything, at the levels that the view can show.
     Whole,
-    /// The same, for a renderer whose points face the eye.
-    FacingEye,
+    /// The same, for a renderer whose points lie on the planes of their normals.
+    OnPlanes,
     /// Photographs hold at most this share, as one part of so many, of the pixels of the whole.
     CoarserImages(u32),
     /// The whole, and what lies behind the eye.
@@ -40,7 +40,6 @@ fn most_exact(base: Settings) -> Settings {
         depth_test: true,
         refine_by_points: true,
         near_first: true,
-        splat_normals: SplatNormals::Estimated,
         splat_route: SplatRoute::Auto,
         quads_from_px: None,
         texturing: Texturing::Deferred,
@@ -107,8 +106,8 @@ pub(crate) fn variants(base: Settings, has_atomic_64: bool) -> Vec<Variant> {
     for (name, splat_route) in routes {
         all.push(variant("splat route", &name, Settings { splat_route, ..exact }));
     }
-    let facing_eye = Settings { splat_normals: SplatNormals::Eye, ..exact };
-    all.push(Variant { feed: Feed::FacingEye, ..variant("splat normals", &"eye", facing_eye) });
+    let on_planes = Settings { splat_normals: SplatNormals::Estimated, ..exact };
+    all.push(Variant { feed: Feed::OnPlanes, ..variant("splat normals", &"estimated", on_planes) });
     for parts in [4, 16] {
         let images = variant("image pixels", &format!("1/{parts}"), exact);
         all.push(Variant { feed: Feed::CoarserImages(parts), ..images });
