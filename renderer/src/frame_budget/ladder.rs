@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 use super::Rung;
 use super::front::FRONT;
 
-/// Rungs take at least this share of the time of the one above, where settings can be found that
-/// lie between: the band in which a budget is held is wider.
+/// Rungs take at least this share of the time, the points, the pixels and the rigs of the one above,
+/// where settings can be found that lie between: the band in which a budget is held is wider.
 const CLOSE: f64 = 0.9;
 
 /// What the points become from one rung to the next below the front, and the sides of the picture …
@@ -24,12 +24,12 @@ pub(super) static LADDER: LazyLock<Vec<Rung>> = LazyLock::new(|| {
 });
 
 /// The rungs of `front`, and as many between two of them as it takes for each to be close to the one
-/// above. What only is or is not cannot be divided: it changes with the lower one.
+/// above, see [`parts`]. What only is or is not cannot be divided: it changes with the lower one.
 fn between(front: &[Rung]) -> Vec<Rung> {
     let mut ladder: Vec<Rung> = front.first().copied().into_iter().collect();
     for pair in front.windows(2) {
         let (a, b) = (pair[0], pair[1]);
-        let parts = ((b.ms / a.ms).ln() / CLOSE.ln()).ceil().max(1.0) as u32;
+        let parts = parts(&a, &b);
         for part in 1..parts {
             let t = f64::from(part) / f64::from(parts);
             let geometric = |a: f32, b: f32| a * (b / a).powf(t as f32);
@@ -48,6 +48,16 @@ fn between(front: &[Rung]) -> Vec<Rung> {
         ladder.push(b);
     }
     ladder
+}
+
+/// How many steps it takes from one rung to another: neither the time where the front was measured
+/// nor any setting that may be what costs most elsewhere changes by much.
+fn parts(a: &Rung, b: &Rung) -> u32 {
+    let pixels = f64::from(b.resolution / a.resolution).powi(2);
+    let rigs = b.rigs as f64 / a.rigs as f64;
+    let shares = [b.ms / a.ms, f64::from(b.points / a.points), pixels, rigs];
+    let steps = shares.map(|share| (share.ln() / CLOSE.ln()).ceil());
+    steps.into_iter().fold(1.0, f64::max) as u32
 }
 
 /// Adds rungs for machines on which other things cost most than where the front was measured, and
