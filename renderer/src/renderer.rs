@@ -99,10 +99,12 @@ impl Renderer {
     /// Renders with other settings from now on; `false`, and no change, where points would need
     /// other radii or normals than those that they came with.
     ///
-    /// Another [`depth_map_side`](Settings::depth_map_side) or
-    /// [`refine_by_points`](Settings::refine_by_points) has all depth maps drawn anew, another
-    /// [`texturing`](Settings::texturing) or [`resolution`](Settings::resolution) has buffers made
-    /// anew; anything else costs nothing.
+    /// Another [`depth_map_side`](Settings::depth_map_side),
+    /// [`refine_by_points`](Settings::refine_by_points) or [`near_first`](Settings::near_first) has
+    /// all depth maps drawn anew; another [`texturing`](Settings::texturing),
+    /// [`resolution`](Settings::resolution), [`splat_route`](Settings::splat_route) or
+    /// [`quads_from_px`](Settings::quads_from_px) has what pictures are drawn into made anew; anything
+    /// else costs nothing.
     pub fn set_settings(&mut self, settings: Settings) -> bool {
         let before = self.settings;
         let settings = settings.in_range();

@@ -1,9 +1,10 @@
 //! Settings that hold the time of a frame.
 //!
 //! The settings that trade time for error are gone through on one ladder, from the most exact
-//! downwards: the front of frames that `flaneur bench` measured, which are those that no other is
-//! both faster and nearer to the most exact one than. What they took there only says in what order
-//! they come and about how far apart. Nothing is assumed of the machine at hand:
+//! downwards: on the front, between its measured rungs, and below it with fewer points and pixels.
+//! The front is of the frames that `flaneur bench` measured: those that no other is both faster and
+//! nearer to the most exact one than. What they took there only says in what order they come and
+//! about how far apart. Nothing is assumed of the machine at hand:
 //! frames are timed, and the rung follows. A change needs several frames that agree, so that one
 //! that is late moves nothing; it goes as far down as the rungs' costs suggest and up with care, and
 //! not soon again to a rung that proved too slow. Between 0.85 and 1.1 times the budget nothing
