@@ -106,6 +106,10 @@ fn a_budget_that_cannot_be_held_takes_the_cheapest_settings(place: &Place) {
             kinds.filter(|(kind, _)| *kind != "total").filter_map(|(_, bytes)| bytes.as_u64());
         assert_eq!(memory["total"].as_u64(), Some(sum.sum()), "{memory}");
         assert!(memory["targets"].as_u64() > Some(0) && memory["inference"].is_u64(), "{memory}");
+        // A survey without faults.
+        for refused in ["points_refused", "triangles_refused"] {
+            assert_eq!(frame[refused], 0, "{frame}");
+        }
         let held = frame["budget"]["held"].as_bool().expect("settled");
         assert!(warned != held, "said where it is not held, and only there: {frame}");
         frame

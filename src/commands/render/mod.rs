@@ -91,8 +91,9 @@ pub(crate) struct RenderArguments {
     /// Leave out photographs: ids, panoramas, or globs over either
     #[arg(long, value_name = "IMAGE_ID", num_args = 1.., value_parser = Pattern::parse)]
     without: Vec<Pattern>,
-    /// Choose settings so that a frame takes about so many milliseconds on this machine, among those
-    /// that `flaneur bench` found nothing to beat; pictures then depend on it. Where it cannot be
+    /// Choose settings so that a frame takes about so many milliseconds on this machine: on the front
+    /// of those that `flaneur bench` found nothing to beat, between its measured rungs, and below it
+    /// with fewer points and pixels. Pictures then depend on the machine. Where the budget cannot be
     /// held a warning says so, and the report
     #[arg(long, value_name = "MS", value_parser = parse_budget)]
     budget_ms: Option<Duration>,

@@ -54,7 +54,11 @@ pub(crate) struct FrameReport {
     /// Bytes received until this picture.
     bytes_received: u64,
     points: u64,
+    /// Points left out since the run began: not finite, or too far from their origin.
+    points_refused: u64,
     triangles: u64,
+    /// Triangles left out since the run began: with a corner that is not finite.
+    triangles_refused: u64,
     images: u64,
     coverage: f64,
     inferred: f64,
@@ -74,7 +78,8 @@ struct Budget {
     reached_ms: f64,
     /// Whether those took no more than a fifth longer than asked.
     held: bool,
-    /// Where the settings stand on the front, 0 the most exact, of so many.
+    /// Where the settings stand on the ladder, 0 the most exact, of so many: on the front, between
+    /// its measured rungs, and below it with fewer points and pixels.
     rung: usize,
     rungs: usize,
 }
@@ -131,7 +136,9 @@ impl FrameReport {
             since_start_ms,
             bytes_received,
             points: frame.stats.points,
+            points_refused: frame.stats.points_refused,
             triangles: frame.stats.triangles,
+            triangles_refused: frame.stats.triangles_refused,
             images: frame.stats.images,
             coverage: frame.stats.coverage(),
             inferred: frame.stats.inferred_share(),
