@@ -36,7 +36,9 @@ fn speed_and_error_are_measured() {
         assert!(number(row, "ms_p95") >= number(row, "ms_median"), "{row}");
         assert!(number(row, "error_p99") <= number(row, "error_max"), "{row}");
         assert_eq!(row["error_unit"], "1/255");
+        assert!(row["bytes"].as_u64() > Some(0), "{row}");
     }
+    assert!(rows.iter().all(|row| row["bytes"].is_u64() == (row["pass"] == "frame")));
     let frame = |method: &str, setting: &str| -> &Value {
         let wanted = |row: &&&Value| row["method"] == method && row["setting"] == setting;
         frames.iter().find(wanted).unwrap_or_else(|| panic!("no row {method} {setting}"))
@@ -47,6 +49,11 @@ fn speed_and_error_are_measured() {
     // Which of those without an error is the fastest depends on the machine.
     let front = frames.iter().filter(|row| row["front"] == true);
     assert!(front.clone().any(|row| number(row, "error_p99") == 0.0) && front.count() > 1);
+    // Sprites take memory that the deferred way does without.
+    let bytes = |method, setting| frame(method, setting)["bytes"].as_u64();
+    for texturing in ["homography", "barycentric"] {
+        assert!(bytes("texturing", texturing) > bytes("alignment", "off"), "{texturing}");
+    }
     // Both routes draw the same picture.
     assert!(number(frame("splat route", "32-bit atomics"), "error_max") <= 1.0);
     // Half the pixels a side cannot be exact, and less of them less so.
@@ -87,11 +94,32 @@ fn speed_and_error_are_measured() {
     }
     let table = std::fs::read_to_string(table).expect("written");
     assert_eq!(table.matches("    rung(").count(), front.len(), "{table}");
+    // A budget for each of the places on the front that are asked for, of what a frame took there.
+    // Whether its frames kept to it is a matter of the machine and of what else runs on it, and is
+    // not asserted; how budgets choose is tested with times that are made up, and that one which no
+    // rung holds is said by the tests of `flaneur render`.
+    let last = front.len() - 1;
+    let mut asked = vec![last / 4, last / 2, 3 * last / 4];
+    asked.dedup();
     let budgets: Vec<_> = frames.iter().filter(|row| row["method"] == "budget").collect();
-    assert!(!budgets.is_empty());
-    for row in budgets {
-        assert!(number(row, "within_fifth") + number(row, "late") <= 1.0 && row["front"] == false);
-        assert!(number(row, "error_rms") > 0.0, "{row}");
+    assert_eq!(budgets.len(), asked.len(), "{budgets:?}");
+    for (row, rung) in budgets.into_iter().zip(asked) {
+        let setting = row["setting"].as_str().expect("text");
+        let budget_ms: f64 = setting.trim_end_matches(" ms").parse().expect("a number");
+        let rung_ms = number(&front[rung], "ms_median");
+        assert!((budget_ms / rung_ms - 1.0).abs() <= 0.051, "of two digits: {row} {rung_ms}");
+        let (within, late) = (number(row, "within_fifth"), number(row, "late"));
+        // Of 36 frames along the path, none is both.
+        for share in [within, late, within + late] {
+            assert!((0.0..=1.0 + 1e-9).contains(&share), "{row}");
+            assert!((36.0 * share).fract().min(1.0 - (36.0 * share).fract()) < 1e-9, "{row}");
+        }
+        for share in ["uncovered", "unmatched"] {
+            assert!((0.0..=1.0).contains(&number(row, share)), "{row}");
+        }
+        let [rms, max] = ["error_rms", "error_max"].map(|key| number(row, key));
+        assert!((0.0..=max).contains(&rms) && max <= 255.0, "{row}");
+        assert!(number(row, "images_drawn") > 0.0 && row["front"] == false, "{row}");
     }
     assert!(report["memory"]["total"].as_u64() > report["memory"]["points"].as_u64());
     assert_eq!(report["settings"]["texturing"], "deferred");

@@ -1,7 +1,7 @@
 //! How far frames of the device are from the same frames in f64.
 
 use flaneur_renderer::reference::Scene;
-use flaneur_renderer::{Mode, Renderer, Settings, Texturing};
+use flaneur_renderer::{Mode, Renderer, Settings, SplatNormals, Texturing};
 use flaneur_scene::{SceneUpdate, View};
 use flaneur_services::ingest::{Progress, Unit as Counted};
 use flaneur_streamer::{Event, FetchLimits, ViewRequest};
@@ -79,6 +79,7 @@ impl Session {
                         100.0 * difference.alike
                     ),
                     counts,
+                    bytes: Some(renderer.memory().total()),
                     front: false,
                     within_fifth: None,
                     late: None,
@@ -92,7 +93,8 @@ impl Session {
 
     async fn small_scene(&self, view: &View, context: &Context) -> Result<Vec<SceneUpdate>, Exit> {
         let mut streamer = self.source().streamer().await?;
-        let request = ViewRequest { limits: SMALL, normals: true, ..ViewRequest::new(*view) };
+        let normals = self.base.splat_normals == SplatNormals::Estimated;
+        let request = ViewRequest { limits: SMALL, normals, ..ViewRequest::new(*view) };
         let mut events = streamer.stream(request, &context.cancel);
         let mut updates = Vec::new();
         while let Some(event) = events.next().await {

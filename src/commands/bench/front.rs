@@ -42,6 +42,7 @@ impl Session {
                     for _ in 0..self.repeats {
                         tally.add_frame(fed.timed(view)?.1);
                     }
+                    tally.add_bytes(fed.held().total());
                     Ok::<_, Exit>(())
                 })?;
                 stage.advance(1);
@@ -109,7 +110,7 @@ pub(super) fn write(file: &Path, report: &Report) -> Result<(), Exit> {
     let described = &report.described;
     let mut text = format!(
         "//! The front of frames, from the most exact to the cheapest. Written by\n\
-         //! `flaneur bench SCENE --front FILE`; not by hand.\n\
+         //! `flaneur bench SCENE --report FILE --front FILE`; not by hand.\n\
          //!\n\
          //! Measured on the scene {:?}, {} views of {}x{} pixels, on\n\
          //! {}, {} processor cores. Above each rung: the root mean\n\

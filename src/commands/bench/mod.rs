@@ -34,7 +34,10 @@ The most exact frame of a run has every setting at its most exact: 16 rigs, dept
 all points, full resolution. Every variant changes one setting of it; its error is the difference of
 its frames to the most exact ones, over all pixels of all views: of colours as bytes (the largest of
 the three channels), of depth in metres where both show a surface. A pixel that no photograph colours
-where one should counts as a difference of 255. Variants take turns, view by view.
+where one should counts as a difference of 255. Variants take turns, view by view. `bytes` is what the
+renderer held on the device after the frames of a row. Rows `texturing` leave the alignment out: compare
+them with `alignment off`. A rig counts all its cameras: of `rigs 1` as many photographs may be drawn as
+one panorama has.
 
 From what each setting does alone follows a way down from the most exact settings (rows `combined`);
 what of it nothing beats is the front that `flaneur render --budget-ms` chooses from. At last the view

@@ -201,6 +201,7 @@ impl Session {
         }
         frame_ms.into_iter().for_each(|ms| tally.add_frame(ms));
         tally.add_passes(&passes);
+        tally.add_bytes(fed.held().total());
         if let Some(exact) = self.exact.get(number) {
             tally.stats.push(frame.stats);
             tally.difference.add_colours(&frame, &exact.frame);

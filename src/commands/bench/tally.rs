@@ -15,12 +15,19 @@ pub(super) struct Tally {
     times: Vec<(&'static str, Vec<f64>)>,
     pub(super) difference: Difference,
     pub(super) stats: Vec<FrameStats>,
+    /// What the renderer held on the device, at most.
+    bytes: u64,
 }
 
 impl Tally {
     /// Adds the time of a frame, milliseconds.
     pub(super) fn add_frame(&mut self, ms: f64) {
         self.add(Row::FRAME, ms);
+    }
+
+    /// Adds what the renderer holds on the device after a frame, bytes.
+    pub(super) fn add_bytes(&mut self, bytes: u64) {
+        self.bytes = self.bytes.max(bytes);
     }
 
     /// Adds the times of the passes of one.
@@ -80,6 +87,7 @@ impl Tally {
                 unmatched: self.difference.unmatched_share(),
                 inputs: counts.to_string(),
                 counts,
+                bytes: (*pass == Row::FRAME).then_some(self.bytes),
                 front: false,
                 within_fifth: None,
                 late: None,

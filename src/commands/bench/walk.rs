@@ -57,6 +57,7 @@ impl Session {
                 check(context).await?;
                 let (frame, ms) = tokio::task::block_in_place(|| fed.timed(view))?;
                 tally.add_frame(ms);
+                tally.add_bytes(fed.held().total());
                 tally.stats.push(frame.stats);
                 tally.difference.add_colours(&frame, exact);
                 if budget.observe(Duration::from_secs_f64(ms / 1e3)) {

@@ -19,7 +19,8 @@ pub(crate) fn speed_page(report: &Report) -> String {
          </div>\n{frames}<p>Every variant changes one setting of the most exact one; its error is \
          the difference to the most exact frames, over all pixels of all views, the largest of the \
          three colours in 255ths; a pixel that no photograph colours where one should counts as \
-         255. Combined: several settings at once, down the way on which frame budgets choose; \
+         255. Held: what the renderer held on the device. Texturing leaves the alignment out: compare with \
+         alignment off. Combined: several settings at once, down the way on which frame budgets choose; \
          budget: what those gave while the view moved, on views of their own. Shaded: no other is \
          both faster and nearer, by the root mean square. The line of the plot joins \
          them.</p>\n</section>\n<section>\n<h2>Passes</h2>\n{passes}<p>Median milliseconds, \
@@ -115,7 +116,7 @@ fn plot(report: &Report) -> String {
 fn frames(report: &Report) -> String {
     let mut html = "<div class=\"scroll\"><table>\n<thead><tr><th>Method</th><th>Median, \
                     ms</th><th>95 %, ms</th><th>RMS error, 1/255</th><th>99 %, 1/255</th>\
-                    <th>Largest, 1/255</th><th>Uncovered, %</th><th>Inputs</th><th>Within a fifth, \
+                    <th>Largest, 1/255</th><th>Uncovered, %</th><th>Held, MB</th><th>Inputs</th><th>Within a fifth, \
                     %</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for row in report.frames() {
@@ -123,7 +124,7 @@ fn frames(report: &Report) -> String {
         let _ = writeln!(
             html,
             "<tr><th>{}</th><td{class}>{}</td><td>{}</td><td{class}>{}</td><td>{}</td><td>{}</td>\
-             <td>{}</td><td>{}</td><td>{}</td></tr>",
+             <td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             Escaped(&Row::label(row.method, &row.setting)),
             Figure(row.ms_median, 1),
             Figure(row.ms_p95, 1),
@@ -131,6 +132,7 @@ fn frames(report: &Report) -> String {
             Figure(row.error_p99, 0),
             Figure(row.error_max, 0),
             Figure(100.0 * row.uncovered, 2),
+            Figure(row.bytes.map_or(f64::NAN, |bytes| bytes as f64 / 1e6), 0),
             Escaped(&row.inputs),
             row.within_fifth.map_or(String::new(), |share| Figure(100.0 * share, 0).to_string())
         );
@@ -258,6 +260,7 @@ mod tests {
             unmatched: 0.0,
             inputs: "3 points".to_owned(),
             counts: Inputs::default(),
+            bytes: Some(5_000_000),
             front: false,
             within_fifth: None,
             late: None,

@@ -102,6 +102,9 @@ pub(crate) struct Row {
     /// What was drawn, on average over the views.
     #[serde(flatten)]
     pub(crate) counts: Inputs,
+    /// Bytes that the renderer held on the device after it, at most over the views; of frames alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) bytes: Option<u64>,
     /// Whether no other variant's frame is both faster and nearer to the most exact one; of
     /// frames alone.
     pub(crate) front: bool,
@@ -135,7 +138,8 @@ pub(crate) struct Inputs {
     pub(crate) triangles_drawn: f64,
     /// Photographs resident.
     pub(crate) images: f64,
-    /// Photographs that colour the view.
+    /// Photographs that may colour the view: of each of the nearest rigs, all cameras that see some
+    /// of it.
     pub(crate) images_drawn: f64,
 }
 
