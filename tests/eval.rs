@@ -10,7 +10,7 @@ use command::{fail, json, run, succeed, text};
 use serde_json::Value;
 use street::SampleStreet;
 
-/// Every method, in the order of the reports.
+/// The methods that all others are changes of, in the order of the reports.
 const METHODS: [&str; 4] = ["nearest", "mesh", "points", "hybrid"];
 
 /// The scene, and where reports go. Making a scene takes longer than looking at it, so one serves
@@ -71,7 +71,8 @@ fn held_out_photographs_are_rendered_from_the_others(place: &Place) {
             ("psnr_db", 5.0, 60.0),
             ("ssim", -1.0, 1.0),
             ("rmse", 0.0, 1.0),
-            ("coverage", 0.0, 1.0),
+            ("inferred", 0.0, 1.0),
+            ("unseen", 0.0, 1.0),
             ("masked", 0.0, 0.5),
             ("nearest_m", 0.5, 30.0),
         ] {
@@ -80,6 +81,15 @@ fn held_out_photographs_are_rendered_from_the_others(place: &Place) {
             if key != "nearest_m" {
                 let mean = mean[key].as_f64().unwrap_or_else(|| panic!("{key}: {mean}"));
                 assert!((mean - of_views).abs() < 1e-9, "{method} {key}: {mean} {of_views}");
+            }
+        }
+        // Only what shows geometry can be covered.
+        for row in rows(&report).filter(|row| row["method"] == method) {
+            match row["coverage"].as_f64() {
+                Some(share) => {
+                    assert!(method != "nearest" && (0.0..=1.0).contains(&share), "{row}")
+                }
+                None => assert_eq!(method, "nearest"),
             }
         }
         // PSNR and RMSE of a view say the same.
@@ -138,6 +148,17 @@ fn views_are_compared_with_their_truth(place: &Place) {
         let [found, known] = [row, view].map(|of| of["nearest_m"].as_f64().expect("a number"));
         assert!((found - known).abs() < 0.01, "{found} {known}");
     }
+    // What is near is there as a whole, and divided.
+    let bins = report["bins"].as_array().expect("a list");
+    let views_of = |wanted: &dyn Fn([Option<f64>; 2]) -> bool| -> u64 {
+        let ends = |bin: &Value| [bin["from_m"].as_f64(), bin["to_m"].as_f64()];
+        let bins = bins.iter().filter(|bin| wanted(ends(bin)));
+        bins.map(|bin| bin["views"].as_u64().expect("a number")).sum()
+    };
+    let near = [Some(0.0), Some(8.0)];
+    let divided = views_of(&|ends| ends != near && ends[1].is_some_and(|to_m| to_m <= 8.0));
+    assert!(divided > 2 && views_of(&|ends| ends == near) == divided, "{bins:?}");
+    assert_eq!(views_of(&|ends| ends != near), views.len() as u64, "{bins:?}");
     let psnr = |method: &str| report["mean"][method]["psnr_db"].as_f64().expect("a number");
     assert!(psnr("hybrid") > psnr("nearest") + 5.0, "{}", report["mean"]);
 }

@@ -60,26 +60,6 @@ impl MemoryReport {
     }
 }
 
-impl std::ops::Add for MemoryReport {
-    type Output = Self;
-
-    /// What two renderers hold.
-    fn add(self, other: Self) -> Self {
-        Self {
-            points: self.points + other.points,
-            mesh: self.mesh + other.mesh,
-            photographs: self.photographs + other.photographs,
-            depth_maps: self.depth_maps + other.depth_maps,
-            large_discs: self.large_discs + other.large_discs,
-            targets: self.targets + other.targets,
-            inference: self.inference + other.inference,
-            alignment: self.alignment + other.alignment,
-            sprites: self.sprites + other.sprites,
-            gains: self.gains + other.gains,
-        }
-    }
-}
-
 /// How much of the memory each kind may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shares {

@@ -5,6 +5,9 @@ use serde::Serialize;
 /// Where one bin ends and the next begins, metres.
 const EDGES_M: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 24.0];
 
+/// What is near as a whole; finer bins divide it.
+const NEAR: Bin = Bin { from_m: 0.0, to_m: Some(8.0) };
+
 /// A range of distances to the nearest source: the lower end belongs to it, the upper not.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Bin {
@@ -15,8 +18,17 @@ pub(crate) struct Bin {
 }
 
 impl Bin {
-    /// All bins from near to far; together they hold every distance.
+    /// All bins from near to far: those of [`Bin::disjoint`], and before the first that is farther
+    /// [0 m, 8 m) as a whole.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
+        let below = |bin: &Self| bin.to_m.is_some_and(|to_m| Some(to_m) <= NEAR.to_m);
+        let near = Self::disjoint().filter(below);
+        let far = Self::disjoint().filter(move |bin| !below(bin));
+        near.chain(std::iter::once(NEAR)).chain(far)
+    }
+
+    /// Bins from near to far, each distance in one.
+    pub(crate) fn disjoint() -> impl Iterator<Item = Self> {
         let lower = std::iter::once(0.0).chain(EDGES_M);
         let upper = EDGES_M.into_iter().map(Some).chain(std::iter::once(None));
         lower.zip(upper).map(|(from_m, to_m)| Self { from_m, to_m })
@@ -41,9 +53,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_distance_lies_in_one_bin() {
+    fn every_distance_lies_in_one_disjoint_bin() {
         let bin = |distance_m| {
-            let bins: Vec<_> = Bin::all().filter(|bin| bin.holds(distance_m)).collect();
+            let bins: Vec<_> = Bin::disjoint().filter(|bin| bin.holds(distance_m)).collect();
             let [bin] = bins[..] else { panic!("{distance_m}: {bins:?}") };
             bin.label()
         };
@@ -58,6 +70,17 @@ mod tests {
             (1e6, "24 m or more"),
         ] {
             assert_eq!(bin(distance_m), label, "{distance_m}");
+        }
+    }
+
+    #[test]
+    fn what_is_near_is_there_as_a_whole_too() {
+        let labels: Vec<_> = Bin::all().map(|bin| bin.label()).collect();
+        let expected = ["0–2 m", "2–4 m", "4–8 m", "0–8 m", "8–16 m", "16–24 m", "24 m or more"];
+        assert_eq!(labels, expected);
+        for (distance_m, bins) in [(0.0, 2), (5.0, 2), (7.999, 2), (8.0, 1), (30.0, 1)] {
+            let holding = Bin::all().filter(|bin| bin.holds(distance_m));
+            assert_eq!(holding.count(), bins, "{distance_m}");
         }
     }
 }

@@ -12,7 +12,7 @@ pub(crate) struct Report {
     pub(crate) scene: String,
     /// Name of the graphics adapter, where one was needed.
     pub(crate) adapter: Option<String>,
-    /// Bytes that all renderers together held on the device, at most.
+    /// Bytes that a renderer held on the device, at most; they follow each other.
     pub(crate) memory: HeldMemory,
     /// What was evaluated.
     pub(crate) settings: Described,
@@ -22,7 +22,7 @@ pub(crate) struct Report {
     /// The mean over all views for each method.
     #[serde(serialize_with = "as_map")]
     pub(crate) mean: Vec<(&'static str, Score)>,
-    /// The same over the views at each distance, where there are any.
+    /// The same over the views at each distance, where there are any; see [`Bin::all`].
     pub(crate) bins: Vec<BinMeans>,
 }
 
@@ -124,7 +124,7 @@ mod tests {
             size: UVec2::splat(8),
             rgb: vec![value; 192],
             counts: vec![true; 64],
-            coverage: 1.0,
+            coverage: None,
             inferred: 0.0,
         };
         let score = Score::new(&grey(0), &grey(error)).expect("of one size");
@@ -153,13 +153,16 @@ mod tests {
         let json = serde_json::to_value(&report).expect("JSON");
         let rmse = |value: &serde_json::Value| value["rmse"].as_f64().expect("a number");
         assert!((rmse(&json["mean"]["nearest"]) - 0.2).abs() < 1e-12, "{json}");
-        assert_eq!(json["bins"].as_array().map(Vec::len), Some(2));
+        // 0 to 2 m, 2 to 4 m, and all below 8 m.
+        assert_eq!(json["bins"].as_array().map(Vec::len), Some(3));
         assert_eq!(
             (&json["bins"][0]["from_m"], &json["bins"][0]["to_m"]),
             (&0.0.into(), &2.0.into())
         );
         assert_eq!(json["bins"][1]["views"], 2);
         assert!((rmse(&json["bins"][1]["mean"]["hybrid"]) - 0.1).abs() < 1e-12);
+        assert_eq!((&json["bins"][2]["to_m"], &json["bins"][2]["views"]), (&8.0.into(), &3.into()));
+        assert!((rmse(&json["bins"][2]["mean"]["nearest"]) - 0.2).abs() < 1e-12);
         assert_eq!(json["views"][0]["method"], "nearest");
         assert!((rmse(&json["views"][0]) - 0.2).abs() < 1e-12);
         // Equal pictures have no ratio that JSON could hold.

@@ -17,11 +17,15 @@ pub(crate) struct Score {
     pub(crate) ssim: f64,
     /// Root of the mean squared error over the whole frame, 0 to 1.
     pub(crate) rmse: f64,
-    /// Share of the pixels showing geometry that at least one source colours; of all pixels for a
-    /// method without geometry.
+    /// Share of the pixels showing geometry (mesh or points) that at least one source colours.
+    /// There is none where no pixel shows geometry, as for a method that shows a source unwarped.
     pub(crate) coverage: f64,
     /// Share of all pixels that sources colour at an inferred depth, where there is no geometry.
     pub(crate) inferred: f64,
+    /// Share of all pixels that no source colours: background, geometry without a photograph, and
+    /// colours that go on from around. With those that sources colour, on geometry or at an
+    /// inferred depth, they are all; of a source shown unwarped, those that its mask hides.
+    pub(crate) unseen: f64,
     /// Share of all pixels that the photograph's mask hides.
     pub(crate) masked: f64,
     /// As `psnr_db`, over the pixels that the mask shows.
@@ -30,11 +34,12 @@ pub(crate) struct Score {
     pub(crate) ssim_unmasked: f64,
     /// As `rmse`, over the pixels that the mask shows.
     pub(crate) rmse_unmasked: f64,
-    /// As `psnr_db`, over the pixels that the mask shows and a source colours.
+    /// As `psnr_db`, over the pixels that the mask shows and a source colours, be it at an
+    /// inferred depth: those that are not `unseen`.
     pub(crate) psnr_db_covered: f64,
-    /// As `ssim`, over the windows that the mask shows and sources colour whole.
+    /// As `ssim`, over the windows all of whose pixels are among those.
     pub(crate) ssim_covered: f64,
-    /// As `rmse`, over the pixels that the mask shows and a source colours.
+    /// As `rmse`, over the pixels of `psnr_db_covered`.
     pub(crate) rmse_covered: f64,
 }
 
@@ -60,8 +65,9 @@ impl Score {
             psnr_db: psnr_db(errors[0]),
             ssim: similarities[0],
             rmse: errors[0].sqrt(),
-            coverage: rendering.coverage,
+            coverage: rendering.coverage.unwrap_or(f64::NAN),
             inferred: rendering.inferred,
+            unseen: 1.0 - share(&rendering.counts),
             masked: 1.0 - share(&photograph.counts),
             psnr_db_unmasked: psnr_db(errors[1]),
             ssim_unmasked: similarities[1],
@@ -88,6 +94,7 @@ impl Score {
             rmse: mean(|s| s.rmse),
             coverage: mean(|s| s.coverage),
             inferred: mean(|s| s.inferred),
+            unseen: mean(|s| s.unseen),
             masked: mean(|s| s.masked),
             psnr_db_unmasked: mean(|s| s.psnr_db_unmasked),
             ssim_unmasked: mean(|s| s.ssim_unmasked),
@@ -107,7 +114,7 @@ mod tests {
     fn grey(side: u32, value: u8, counts: impl Fn(usize) -> bool) -> Compared {
         let pixels = (side * side) as usize;
         let counts: Vec<bool> = (0..pixels).map(counts).collect();
-        let (rgb, coverage) = (vec![value; 3 * pixels], share(&counts));
+        let (rgb, coverage) = (vec![value; 3 * pixels], Some(share(&counts)));
         Compared { size: UVec2::splat(side), rgb, counts, coverage, inferred: 0.0 }
     }
 
@@ -126,7 +133,7 @@ mod tests {
             }
         }
         let score = Score::new(&photograph, &rendering).expect("of one size");
-        assert_eq!((score.coverage, score.masked), (0.75, 0.5));
+        assert_eq!((score.coverage, score.masked, score.unseen), (0.75, 0.5, 0.25));
         assert_eq!((score.rmse_covered, score.psnr_db_covered), (0.0, f64::INFINITY));
         assert!((score.ssim_covered - 1.0).abs() < 1e-12);
         // A quarter of what the mask shows is wrong; of the whole, a half.
@@ -142,8 +149,13 @@ mod tests {
         let small = Score::new(&photograph, &grey(5, 151, |_| false)).expect("of one size");
         assert!(small.ssim.is_nan() && small.psnr_db_covered.is_nan());
         let large = Score::new(&grey(8, 100, |_| true), &grey(8, 202, |_| true));
-        let mean = Score::mean(&[small, large.expect("of one size")]);
-        assert!((mean.rmse - 0.3).abs() < 1e-12 && (mean.coverage - 0.5).abs() < 1e-12);
+        let large = large.expect("of one size");
+        let mean = Score::mean(&[small, large]);
+        assert!((mean.rmse - 0.3).abs() < 1e-12 && (mean.unseen - 0.5).abs() < 1e-12);
+        let unwarped = Compared { coverage: None, ..grey(5, 100, |_| true) };
+        let unwarped = Score::new(&photograph, &unwarped).expect("of one size");
+        assert!(unwarped.coverage.is_nan() && unwarped.unseen == 0.0);
+        assert_eq!(Score::mean(&[unwarped, large]).coverage, 1.0);
         assert!((mean.rmse_covered - 0.4).abs() < 1e-12 && mean.ssim > 0.0);
         assert_eq!(Score::new(&photograph, &grey(8, 0, |_| true)), None);
     }

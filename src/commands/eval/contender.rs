@@ -1,117 +1,181 @@
 //! The methods at work.
 
-use flaneur_renderer::{Applied, Gpu, MemoryReport, Renderer, Settings, SplatNormals};
-use flaneur_scene::{ImageId, PosedCamera, SceneUpdate, View};
-use flaneur_streamer::Streamer;
-use glam::DVec3;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
+use flaneur_renderer::{Gpu, MemoryReport, Renderer, Settings, SplatNormals};
+use flaneur_scene::{ImageId, PosedCamera, View};
+use flaneur_streamer::{Event, FetchLimits, Streamer, ViewRequest};
+use futures::StreamExt;
+
+use super::Context;
 use super::target::stored;
 use crate::evaluation::{Compared, Making, Method};
 use crate::exit::Exit;
+use crate::memory::GpuMemory;
 use crate::names::Names;
+use crate::source::{note, stream_exit};
 
-/// The methods of one evaluation, with the renderers that they need.
-pub(super) struct Contenders {
-    methods: Vec<Contender>,
-    renderers: Vec<Shared>,
+/// Methods that one renderer serves in turn, because they are given the same geometry and differ
+/// only in what is decided anew for each frame; or those that need none.
+pub(super) struct Group {
+    rendered: Option<Rendered>,
+    members: Vec<Member>,
+}
+
+/// What a group's renderer is made with.
+#[derive(Clone, Copy)]
+struct Rendered {
+    making: Making,
+    settings: Settings,
 }
 
 /// One method.
-struct Contender {
-    method: &'static Method,
-    /// Which renderer makes its picture, and how; none for a method without.
-    rendered: Option<(usize, Settings)>,
+pub(super) struct Member {
+    /// Its place among all methods of the evaluation.
+    pub(super) place: usize,
+    /// The method.
+    pub(super) method: &'static Method,
+    settings: Option<Settings>,
 }
 
-/// A renderer of the methods that are given the same geometry and differ only in what is decided
-/// anew for each frame: a scene on the device takes a gigabyte or more.
-struct Shared {
-    making: Making,
-    settings: Settings,
-    renderer: Renderer,
+/// A group with what is resident for it.
+pub(super) struct Contender {
+    rendered: Option<(Making, Renderer)>,
+    streamer: Streamer,
+    gpu_memory: GpuMemory,
 }
 
-impl Contenders {
-    /// The methods with empty renderers, whose settings start from `whole`. Without `gpu`, for
-    /// methods that do not render.
-    pub(super) fn new(methods: &[&'static Method], gpu: Option<&Gpu>, whole: Settings) -> Self {
-        let mut renderers: Vec<Shared> = Vec::new();
-        let contender = |&method: &&'static Method| {
-            let rendered = method.making.settings(whole).zip(gpu).map(|(settings, gpu)| {
-                let fits = |shared: &Shared| {
-                    shared.making.takes_as(&method.making)
-                        && shared.settings.differ_by_frame_only(&settings)
-                };
-                let index = renderers.iter().position(fits).unwrap_or_else(|| {
-                    let renderer = Renderer::with_settings(gpu, settings);
-                    renderers.push(Shared { making: method.making, settings, renderer });
-                    renderers.len() - 1
-                });
-                (index, settings)
-            });
-            Contender { method, rendered }
-        };
-        Self { methods: methods.iter().map(contender).collect(), renderers }
-    }
-
-    /// How many methods there are.
-    pub(super) fn len(&self) -> usize {
-        self.methods.len()
-    }
-
-    /// Whether any makes use of the points' normals.
-    pub(super) fn take_normals(&self) -> bool {
-        self.renderers.iter().any(|of| of.settings.splat_normals == SplatNormals::Estimated)
-    }
-
-    /// Says where the next view is.
-    pub(super) fn expect_eye(&mut self, eye: DVec3) {
-        self.renderers.iter_mut().for_each(|shared| shared.renderer.expect_eye(eye));
-    }
-
-    /// Passes an update on to every renderer that takes it, and gives what became of it in each.
-    /// Payloads are shared.
-    pub(super) fn apply(&mut self, update: &SceneUpdate) -> Result<Vec<Applied>, Exit> {
-        let mut applied = Vec::new();
-        for shared in &mut self.renderers {
-            if shared.making.takes(update) {
-                applied.push(shared.renderer.apply(update.clone())?);
+impl Group {
+    /// The methods by groups, whose settings start from `whole`.
+    pub(super) fn all(methods: &[&'static Method], whole: Settings) -> Vec<Self> {
+        let mut groups: Vec<Self> = Vec::new();
+        for (place, &method) in methods.iter().enumerate() {
+            let settings = method.making.settings(whole);
+            let member = Member { place, method, settings };
+            let rendered = settings.map(|settings| Rendered { making: method.making, settings });
+            match groups.iter_mut().find(|group| group.serves(rendered)) {
+                Some(group) => group.members.push(member),
+                None => groups.push(Self { rendered, members: vec![member] }),
             }
         }
-        Ok(applied)
+        groups
     }
 
-    /// What all renderers together hold on the device.
+    /// Its methods, in the order of their places.
+    pub(super) fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    fn serves(&self, other: Option<Rendered>) -> bool {
+        match (self.rendered, other) {
+            (None, None) => true,
+            (Some(a), Some(b)) => {
+                a.making.takes_as(&b.making) && a.settings.differ_by_frame_only(&b.settings)
+            }
+            _ => false,
+        }
+    }
+}
+
+impl Contender {
+    /// The group with nothing resident. `gpu` may be missing where it does not render.
+    pub(super) fn new(
+        group: &Group,
+        gpu: Option<&Gpu>,
+        streamer: Streamer,
+        gpu_memory: GpuMemory,
+    ) -> Self {
+        let rendered = group.rendered.zip(gpu).map(|(Rendered { making, settings }, gpu)| {
+            (making, Renderer::with_settings(gpu, settings))
+        });
+        Self { rendered, streamer, gpu_memory }
+    }
+
+    /// Brings everything that the view of `camera` wants of `sources`, where the group renders.
+    pub(super) async fn fetch(
+        &mut self,
+        camera: PosedCamera,
+        sources: &Arc<BTreeSet<ImageId>>,
+        context: &Context,
+    ) -> Result<(), Exit> {
+        let Some((making, renderer)) = &mut self.rendered else { return Ok(()) };
+        renderer.expect_eye(camera.centre);
+        let sources = Arc::clone(sources);
+        let request = ViewRequest {
+            excluded: Arc::new(move |id| !sources.contains(id)),
+            normals: renderer.settings().splat_normals == SplatNormals::Estimated,
+            limits: self.gpu_memory.fitted(FetchLimits::default()),
+            ..ViewRequest::new(View::from(camera))
+        };
+        let mut events = self.streamer.stream(request, &context.cancel);
+        while let Some(event) = events.next().await {
+            match event.map_err(stream_exit)? {
+                Event::Update(update) if making.takes(&update) => {
+                    let applied = tokio::task::block_in_place(|| renderer.apply(update))?;
+                    note(&mut events, &applied);
+                }
+                Event::Update(_) | Event::Progress(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// What is held on the device.
     pub(super) fn memory(&self) -> MemoryReport {
-        let held = self.renderers.iter().map(|shared| shared.renderer.memory());
-        held.fold(MemoryReport::default(), |all, of| all + of)
+        self.rendered.as_ref().map_or_else(MemoryReport::default, |(_, of)| of.memory())
     }
 
-    /// The name of the method `index`, and the picture that `camera` would take by it, of the
-    /// camera's size. `nearest` is the source that a method without a renderer shows.
+    /// The picture that `camera` would take by `member`, of the camera's size. `nearest` is the
+    /// source that a method without a renderer shows.
     pub(super) async fn picture(
         &mut self,
-        index: usize,
+        member: &Member,
         camera: &PosedCamera,
         nearest: &ImageId,
         names: &Names,
-        streamer: &Streamer,
-    ) -> Result<(&'static str, Compared), Exit> {
-        let Contender { method, rendered } = &self.methods[index];
-        let shared = rendered
-            .and_then(|(renderer, settings)| Some((self.renderers.get_mut(renderer)?, settings)));
-        let picture = match shared {
-            Some((shared, settings)) => tokio::task::block_in_place(|| {
-                shared.renderer.set_settings(settings);
-                shared.renderer.cut();
-                let frame = shared.renderer.render(&View::from(*camera))?;
-                Ok::<_, Exit>(Compared::from(&frame))
-            })?,
+    ) -> Result<Compared, Exit> {
+        match self.rendered.as_mut().zip(member.settings) {
+            Some(((_, renderer), settings)) => tokio::task::block_in_place(|| {
+                renderer.set_settings(settings);
+                renderer.cut();
+                let frame = renderer.render(&View::from(*camera))?;
+                Ok(Compared::from(&frame))
+            }),
             None => {
-                let source = stored(nearest, names, streamer).await?;
-                tokio::task::block_in_place(|| source.resized(camera.lens.size))
+                let source = stored(nearest, names, &self.streamer).await?;
+                Ok(tokio::task::block_in_place(|| source.resized(camera.lens.size)))
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::METHODS;
+
+    #[test]
+    fn methods_share_a_renderer_where_only_the_frame_differs() {
+        let all: Vec<&'static Method> = METHODS.iter().collect();
+        let groups = Group::all(&all, Settings::default());
+        let of = |name: &str| {
+            let is = |member: &Member| member.method.name == name;
+            groups.iter().position(|group| group.members().iter().any(is)).expect("in a group")
         };
-        Ok((method.name, picture))
+        assert_eq!(of("hybrid"), of("hybrid-without-alignment"));
+        for apart in ["nearest", "mesh", "points", "hybrid-without-refinement"] {
+            assert_ne!(of("hybrid"), of(apart), "{apart}");
+        }
+        let mut places: Vec<usize> =
+            groups.iter().flat_map(|group| group.members()).map(|member| member.place).collect();
+        places.sort_unstable();
+        assert_eq!(places, (0..METHODS.len()).collect::<Vec<_>>());
+        for group in &groups {
+            let renders = |member: &Member| member.settings.is_some();
+            assert!(
+                group.members().iter().all(|member| renders(member) == group.rendered.is_some())
+            );
+        }
     }
 }

@@ -35,14 +35,17 @@ Examples:
 
 Names are ids, panoramas, files of photographs, or globs over them; `flaneur info SOURCE --json`
 lists the ids. Each face of a sphere is a photograph; every:N keeps a sphere, like any rig, or holds
-it out as a whole. Methods that change more than how a frame is drawn hold the scene for themselves:
-name fewer --methods where memory is short.
+it out as a whole. Methods that change more than how a frame is drawn have a renderer for themselves,
+one after another, each within --gpu-memory, and fetch the scene anew: name fewer --methods where time
+is short.
 
 Definitions: sRGB in [0, 1], the whole frame, a figure a view, then the mean over the views. SSIM in
 windows of 7x7 pixels of equal weight with sample covariance (scikit-image's default). Coverage is the
-share of the pixels showing geometry that a source colours, as in the reports of `flaneur render`;
-inferred is the share of all pixels that sources colour where there is no geometry. Each figure is given again over what the photograph's mask
-shows (…_unmasked), and over what of that a source colours (…_covered).";
+share of the pixels showing geometry that a source colours, as in the reports of `flaneur render`; none
+for a source shown unwarped. Inferred is the share of all pixels that sources colour at an inferred
+depth, where there is no geometry; unseen the share of all pixels that no source colours either way.
+Each figure is given again over what the photograph's mask shows (…_unmasked), and over what of that is
+not unseen (…_covered).";
 
 /// Arguments of `flaneur eval`.
 #[derive(Args)]
@@ -96,11 +99,11 @@ pub(crate) async fn run(arguments: EvalArguments, context: &Context) -> Result<(
         })
         .collect();
     let evaluate = async {
-        let mut session = Session::prepare(&arguments, &methods).await?;
-        let mut gallery =
-            arguments.html.is_some().then(|| Gallery::new(session.targets(), methods.len()));
+        let count = methods.len();
+        let mut session = Session::prepare(&arguments, methods).await?;
+        let mut gallery = arguments.html.is_some().then(|| Gallery::new(session.targets(), count));
         let rows = session.run(gallery.as_mut(), context).await?;
-        Ok::<_, Exit>((session.report(rows, &methods), gallery))
+        Ok::<_, Exit>((session.report(rows), gallery))
     };
     let (report, gallery) = tokio::select! {
         () = context.cancel.cancelled() => return Err(Exit::Interrupted),
@@ -161,22 +164,28 @@ impl EvalArguments {
 /// The means as a table.
 fn summary(report: &Report) -> String {
     let mut lines = vec![format!(
-        "{:28}{:>8}{:>8}{:>8}{:>10}{:>10}",
-        "", "PSNR dB", "SSIM", "RMSE", "coverage", "inferred"
+        "{:28}{:>8}{:>8}{:>8}{:>10}{:>10}{:>10}",
+        "", "PSNR dB", "SSIM", "RMSE", "coverage", "inferred", "unseen"
     )];
     lines.extend(report.mean.iter().map(|(method, score)| {
         format!(
-            "{method:28}{:8.2}{:8.3}{:8.4}{:9.1}%{:9.1}%",
+            "{method:28}{:8.2}{:8.3}{:8.4}{:>10}{:>10}{:>10}",
             score.psnr_db,
             score.ssim,
             score.rmse,
-            100.0 * score.coverage,
-            100.0 * score.inferred
+            percent(score.coverage),
+            percent(score.inferred),
+            percent(score.unseen)
         )
     }));
     let Described { targets, sources, .. } = report.settings;
     lines.push(format!("mean over {targets} views, rendered from {sources} photographs\n"));
     lines.join("\n")
+}
+
+/// A share as per cent; a dash where there is none.
+fn percent(share: f64) -> String {
+    if share.is_nan() { "-".to_owned() } else { format!("{:.1}%", 100.0 * share) }
 }
 
 fn method_parser() -> impl TypedValueParser<Value = &'static Method> {

@@ -1,5 +1,6 @@
 //! The pictures of the page: small, lossy, and not of every view where there are many.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use base64::Engine as _;
@@ -24,7 +25,8 @@ const MAX_PICTURES: usize = 600;
 pub(crate) struct Gallery {
     targets: usize,
     shown: usize,
-    views: Vec<Shown>,
+    /// By their index.
+    views: BTreeMap<usize, Shown>,
 }
 
 /// One view.
@@ -33,7 +35,8 @@ struct Shown {
     id: String,
     nearest_m: f64,
     photograph: Thumbnail,
-    methods: Vec<(&'static str, Score, Thumbnail, Thumbnail)>,
+    /// By their place in the report: rendering, and difference.
+    methods: BTreeMap<usize, (&'static str, Score, Thumbnail, Thumbnail)>,
 }
 
 /// A picture for the page.
@@ -47,10 +50,11 @@ impl Gallery {
     /// An empty gallery for so many views and methods.
     pub(crate) fn new(targets: usize, methods: usize) -> Self {
         let shown = (MAX_PICTURES / (1 + 2 * methods)).clamp(1, targets.max(1));
-        Self { targets, shown, views: Vec::new() }
+        Self { targets, shown, views: BTreeMap::new() }
     }
 
-    /// Begins the view `index`, where it is one of those shown, which are spread evenly.
+    /// Begins the view `index`, where it is one of those shown, which are spread evenly, and not
+    /// there yet.
     pub(crate) fn begin(
         &mut self,
         index: usize,
@@ -58,32 +62,30 @@ impl Gallery {
         nearest_m: f64,
         photograph: &Compared,
     ) -> Result<(), ImageError> {
-        if self.is_shown(index) {
+        if self.is_shown(index) && !self.views.contains_key(&index) {
             let photograph = Thumbnail::new(photograph.size, photograph.rgb.clone())?;
-            let id = id.to_owned();
-            self.views.push(Shown { id, nearest_m, photograph, methods: Vec::new() });
+            let (id, methods) = (id.to_owned(), BTreeMap::new());
+            self.views.insert(index, Shown { id, nearest_m, photograph, methods });
         }
         Ok(())
     }
 
-    /// Adds a method's rendering of the view `index`, which was begun last.
+    /// Adds a method's rendering of the view `index`, which was begun; methods may come in any
+    /// order, each with its place among them.
     pub(crate) fn add(
         &mut self,
         index: usize,
-        method: &'static str,
+        (place, method): (usize, &'static str),
         score: &Score,
         photograph: &Compared,
         rendering: &Compared,
     ) -> Result<(), ImageError> {
-        if let (true, Some(view)) = (self.is_shown(index), self.views.last_mut()) {
+        if let Some(view) = self.views.get_mut(&index) {
             let pairs = photograph.rgb.iter().zip(&rendering.rgb);
             let difference = pairs.map(|(a, b)| a.abs_diff(*b)).collect();
-            view.methods.push((
-                method,
-                *score,
-                Thumbnail::new(rendering.size, rendering.rgb.clone())?,
-                Thumbnail::new(rendering.size, difference)?,
-            ));
+            let rendering_of = Thumbnail::new(rendering.size, rendering.rgb.clone())?;
+            let difference = Thumbnail::new(rendering.size, difference)?;
+            view.methods.insert(place, (method, *score, rendering_of, difference));
         }
         Ok(())
     }
@@ -102,7 +104,7 @@ impl Gallery {
             self.views.len(),
             self.targets
         );
-        for (index, view) in self.views.iter().enumerate() {
+        for (index, view) in self.views.values().enumerate() {
             view.write(&mut html, index == 0);
         }
         html.push_str("</section>\n");
@@ -124,7 +126,7 @@ impl Shown {
             size.x,
             size.y
         );
-        for (method, score, rendering, difference) in &self.methods {
+        for (method, score, rendering, difference) in self.methods.values() {
             let picture = |thumbnail: &Thumbnail, what: &str| {
                 format!(
                     "<figure><img loading=\"lazy\" width=\"{}\" height=\"{}\" alt=\"{id}: {what}, \
@@ -136,12 +138,12 @@ impl Shown {
             };
             let _ = writeln!(
                 html,
-                "<h3>{method} <small>{} dB, SSIM {}, coverage {} %</small></h3>\n<div \
+                "<h3>{method} <small>{} dB, SSIM {}, unseen {} %</small></h3>\n<div \
                  class=\"triple\"><figure><div class=\"photograph\" role=\"img\" aria-label=\"{id}: \
                  photograph\"></div><figcaption>photograph</figcaption></figure>\n{}\n{}</div>",
                 Figure(score.psnr_db, 2),
                 Figure(score.ssim, 3),
-                Figure(100.0 * score.coverage, 1),
+                Figure(100.0 * score.unseen, 1),
                 picture(rendering, "rendering"),
                 picture(difference, "difference"),
             );
@@ -198,11 +200,16 @@ mod tests {
         let score = Score::new(&photograph, &photograph).expect("of one size");
         let mut gallery = Gallery::new(1, 1);
         gallery.begin(0, "<a>/\"b\"", 1.25, &photograph).expect("encodable");
-        gallery.add(0, "hybrid", &score, &photograph, &photograph).expect("encodable");
+        // Methods come as they are rendered, and stand as they are reported.
+        for (place, method) in [(1, "hybrid"), (0, "nearest")] {
+            gallery.begin(0, "again", 1.0, &photograph).expect("encodable");
+            gallery.add(0, (place, method), &score, &photograph, &photograph).expect("encodable");
+        }
         let html = gallery.html();
         assert!(html.contains("&lt;a&gt;/&quot;b&quot;") && !html.contains("<a>"), "{html}");
         assert!(html.contains("width=\"400\" height=\"100\"") && html.contains("∞ dB"));
-        assert_eq!(html.matches("data:image/jpeg;base64,").count(), 3);
+        assert_eq!(html.matches("data:image/jpeg;base64,").count(), 5);
+        assert!(html.find("<h3>nearest") < html.find("<h3>hybrid") && !html.contains("again"));
         assert!(html.contains("1 of 1 views"));
     }
 }

@@ -36,12 +36,15 @@ pub(crate) fn page(report: &Report, gallery: &Gallery) -> String {
          views rendered from {sources} photographs: <code>{protocol}</code>. Adapter: \
          {adapter}.</p></header>\n<section>\n<h2>Means over all views</h2>\n{means}<p>sRGB in 0 to 1, \
          the whole frame, a figure a view and then the mean. SSIM in windows of 7×7 pixels of equal \
-         weight with sample covariance. Coverage: the share of all pixels that a source colours. \
-         Unmasked: over what the photograph’s mask shows (it hides {masked} % of the pixels). \
-         Covered: over what of that a source colours.</p>\n</section>\n<section>\n<h2>By distance to \
+         weight with sample covariance. Coverage: the share of the pixels showing geometry that a \
+         source colours; none for a source shown unwarped. Inferred: the share of all pixels that \
+         sources colour at an inferred depth, where there is no geometry. Unseen: the share of all \
+         pixels that no source colours, on geometry or at an inferred depth. Unmasked: over what \
+         the photograph’s mask shows (it hides {masked} % of the pixels). Covered: over what of that \
+         is not unseen.</p>\n</section>\n<section>\n<h2>By distance to \
          the nearest source</h2>\n{bins}{legend}<div class=\"plots\">\n{plots}</div>\n<p>A mark is a \
-         view; lines join the means of the bins. Views without a value are left \
-         out.</p>\n</section>\n{gallery}<footer><p>Renderer: <code>{renderer}</code></p></footer>\n",
+         view; lines join the means of the bins that do not overlap. Views without a value \
+         are left out.</p>\n</section>\n{gallery}<footer><p>Renderer: <code>{renderer}</code></p></footer>\n",
         title = Escaped(&title),
         targets = settings.targets,
         sources = settings.sources,

@@ -37,7 +37,7 @@ pub(super) fn legend(report: &Report) -> String {
 
 impl Plot {
     /// The figure element; a mark a view and method, and for each method a line through the means
-    /// of the bins where there are several.
+    /// of the disjoint bins where there are several.
     pub(super) fn svg(&self, report: &Report) -> String {
         let known = |row: &&Row| (self.figure)(row).is_finite();
         let rows: Vec<&Row> = report.views.iter().filter(known).collect();
@@ -59,7 +59,7 @@ impl Plot {
             let _ = writeln!(svg, "<g class=\"{}\">", colour(index));
             let of_method: Vec<&Row> =
                 rows.iter().copied().filter(|row| row.method == *method).collect();
-            let line: Vec<[f64; 2]> = Bin::all()
+            let line: Vec<[f64; 2]> = Bin::disjoint()
                 .filter_map(|bin| {
                     let inside = of_method.iter().filter(|row| bin.holds(row.nearest_m));
                     let count = inside.clone().count() as f64;

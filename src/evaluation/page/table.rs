@@ -8,12 +8,13 @@ use crate::evaluation::{Report, Score};
 /// A column: its heading, its figure, digits after the point, and whether more of it is better.
 type Column = (&'static str, fn(&Score) -> f64, usize, bool);
 
-const COLUMNS: [Column; 9] = [
+const COLUMNS: [Column; 10] = [
     ("PSNR, dB", |s| s.psnr_db, 2, true),
     ("SSIM", |s| s.ssim, 3, true),
     ("RMSE", |s| s.rmse, 4, false),
     ("Coverage, %", |s| 100.0 * s.coverage, 1, true),
     ("Inferred, %", |s| 100.0 * s.inferred, 1, false),
+    ("Unseen, %", |s| 100.0 * s.unseen, 1, false),
     ("PSNR unmasked, dB", |s| s.psnr_db_unmasked, 2, true),
     ("SSIM unmasked", |s| s.ssim_unmasked, 3, true),
     ("PSNR covered, dB", |s| s.psnr_db_covered, 2, true),

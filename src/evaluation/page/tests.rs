@@ -19,7 +19,7 @@ fn report() -> (Report, Gallery) {
         let (photograph, rendering) = (grey(100), grey(value));
         let score = Score::new(&photograph, &rendering).expect("of one size");
         gallery.begin(index, id, nearest_m, &photograph).expect("encodable");
-        gallery.add(index, "hybrid", &score, &photograph, &rendering).expect("encodable");
+        gallery.add(index, (0, "hybrid"), &score, &photograph, &rendering).expect("encodable");
         rows.push(Row { id: id.to_owned(), nearest_m, method: "hybrid", score });
     }
     let settings = Described {
@@ -40,7 +40,9 @@ fn a_page_holds_tables_plots_and_pictures() {
     let (report, gallery) = report();
     let html = page(&report, &gallery);
     assert!(html.contains("<h1>&lt;s&gt; — evaluation</h1>") && html.contains("&quot;card&quot;"));
-    assert!(html.contains("0–2 m") && html.contains("8–16 m"), "two bins are in use");
+    for bin in ["0–2 m", "0–8 m", "8–16 m"] {
+        assert!(html.contains(&format!("{bin}<br>")), "{bin} is in use");
+    }
     assert_eq!(html.matches("<svg viewBox=\"0 0 420 300\"").count(), 2);
     // Equal pictures: in the tables, but not a mark that the PSNR's plot could hold.
     assert!(html.contains("∞"));

@@ -1,6 +1,8 @@
 //! How far frames are from others.
 
-use flaneur_renderer::{Frame, Surface};
+use flaneur_renderer::Frame;
+
+use crate::evaluation::compared::is_covered;
 
 /// Differences of many pixels, of several frames together, as a histogram: what it takes does not
 /// grow with them.
@@ -111,11 +113,6 @@ impl Difference {
     }
 }
 
-/// Whether photographs colour the pixel.
-fn is_covered(surface: Surface) -> bool {
-    surface.is_coloured() || surface == Surface::Inferred
-}
-
 /// The first index at which the counts reach 99 % of their sum.
 fn rank_99(counts: &[u64]) -> usize {
     let all: u64 = counts.iter().sum();
@@ -133,6 +130,7 @@ fn rank_99(counts: &[u64]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use flaneur_renderer::Surface;
 
     #[test]
     fn colours_are_compared_channel_by_channel() {
