@@ -27,6 +27,10 @@ pub const UNIT_VECTOR_RAD: f64 = 8e-5;
 /// Weights, relative: powers and square roots of f32, which WGSL lets drift by some ulp.
 pub const WEIGHT_RELATIVE: f64 = 1e-5;
 
+/// The same where a weight is next to nothing: a cosine near 0 carries the rounding of its own
+/// computation, 1e-7, four times.
+pub const WEIGHT_ABSOLUTE: f64 = 1e-9;
+
 /// What the expectation that gains are 1 takes from the logarithms of known ones: a percent or two
 /// for exposures and some more for tints, of the 0.6 that the test's differ by.
 pub const GAIN_SHRINKAGE: f64 = 0.02;
@@ -98,6 +102,11 @@ pub const EXPOSED_STEP_255: f64 = 2.5;
 /// 15 % of the way to its new gain each frame, of differences of up to 15 bytes.
 pub const GAINS_STEP_255: f64 = 4.5;
 
+/// By how much the mean of a picture may change from a frame to the next while gains settle, in 255ths:
+/// 15 % of what is left each time, where a photograph that is darker by a factor of 0.6 moves the mean
+/// by some bytes.
+pub const SETTLING_MEAN_255: f64 = 1.0;
+
 /// Places within 10 m of the eye, metres, wherever in the world: positions relative to the eye are
 /// good to 1e-6 m, and the street is far enough from grazing to multiply that by less than 10. A
 /// pixel of a large picture is a hundred times as wide there.
@@ -106,6 +115,17 @@ pub const JITTER_M: f64 = 1e-5;
 /// A step of alignment against f64, in cells: the determinant of a matrix of two gradients that
 /// are nearly parallel keeps four digits beside the constant of noise.
 pub const ALIGNMENT_CELLS: f64 = 1e-3;
+
+/// A displacement of up to a cell that one step finds, cells: the matrix has noise added to it, which
+/// shortens steps by some hundredths, and the patterns are not linear.
+pub const FOUND_CELLS: f64 = 0.1;
+
+/// The step that is taken where there is but noise, cells.
+pub const STILL_CELLS: f64 = 0.01;
+
+/// By how much the share in which displacements are applied may change while the distance of a rig
+/// does by 2 mm: it goes from 0 to 1 over 75 cm, smoothly, by at most 2 a metre, which is 0.004.
+pub const SHARE_STEP: f64 = 0.01;
 
 /// Diffused inverse range against f64, relative: nine levels up and down, each a mean and a
 /// division, which WGSL lets be off by 2.5 ulp of 6e-8.
@@ -118,6 +138,14 @@ pub const COMPLETED: f64 = 3e-3;
 /// Which hypothesis is chosen against f64, in hypotheses, where none other is as good: costs of
 /// about 0.1 are rounded by 1e-8, and a parabola that bends by 1e-3 makes a few of those 1e-4.
 pub const CHOICE_INDEX: f64 = 1e-4;
+
+/// By how much the lowest of some costs must be below the next for the choice between them to be
+/// compared: costs of about 0.1 are rounded by 1e-8, and what a choice kept takes off them alike.
+pub const DECIDED_COST: f64 = 1e-6;
+
+/// How much a parabola through costs must bend for its lowest point to be compared, see
+/// [`CHOICE_INDEX`].
+pub const CURVED_COST: f64 = 1e-3;
 
 /// The inverse range that settles against f64, relative: a quotient and a mix.
 pub const SETTLED_RELATIVE: f64 = 2e-6;
@@ -188,6 +216,18 @@ pub const SIGHT_BRIGHTNESS: f64 = 0.01;
 /// rounding of its depth.
 pub const SIGHT_SHARE: f64 = 0.999;
 
+/// Where a homography in f64 finds a place, against projection in f64, in pixels: Lambert-93
+/// coordinates are rounded by 1e-9 m, which is 1e-6 pixels at a metre, and a plane seen at 84°
+/// multiplies that by ten.
+pub const REFERENCE_PX: f64 = 1e-5;
+
+/// The same along the axis of a view or a photograph, metres.
+pub const REFERENCE_M: f64 = 1e-8;
+
+/// The column in which a photograph is made to see the eye, pixels: a product of focal lengths of a
+/// thousand pixels and metres, in f64, with angles that were turned there and back.
+pub const EPIPOLE_PX: f64 = 1e-6;
+
 /// A homography in f64 against the rotation that it is without a baseline, in its elements: of up to
 /// a thousand pixels times a depth of tens of metres, which f64 holds to 1e-11.
 pub const HOMOGRAPHY_F64: f64 = 1e-6;
@@ -198,6 +238,11 @@ pub const SINGULAR: f64 = 1e-9;
 /// A channel of an enlarged picture against the slope that it samples, in 255ths: it is rounded to a
 /// byte, and its weights are f32.
 pub const ENLARGED_255: f64 = 0.51;
+
+/// Mean difference between a frame that was computed at half its size and enlarged, and the whole one,
+/// in 255ths: the paint changes little from a pixel to the next, and is rounded; along edges and the
+/// borders of discs, some per cent of the pixels, tens of bytes are mixed.
+pub const ENLARGED_MEAN_255: f64 = 2.0;
 
 /// The direction of a cell, unit, against f64: the mean of sixteen directions in f32.
 pub const CELL_DIRECTION: f64 = 5e-7;
@@ -236,3 +281,20 @@ pub const ELEVATION_WRONG_SHARE: f64 = 0.02;
 /// Steepest change of brightness, as a share, from a pixel to the next at the edge of a feathered mask:
 /// photographs are blended over ten pixels and more.
 pub const FEATHERED_STEP: f64 = 0.05;
+
+/// The same pictures at other places of a texture, or with other colours where a mask hides them, in
+/// 255ths: filtering weighs texels in 256ths, and what is less than that may still round a byte.
+pub const FILTERED_255: f64 = 1.0;
+
+/// The same where photographs were halved on the device rather than before they came: means in linear
+/// light are rounded to bytes once more, see [`HALVED_255`].
+pub const ELSEWHERE_255: f64 = 2.0;
+
+/// Depth as a grey, 10 m / (10 m + depth), in 255ths: half of one is its rounding, and the discs of the
+/// pole, 4 m from the eye, lie before its surface by up to 2 cm, which is 0.3 there.
+pub const DEPTH_MODE_255: f64 = 1.0;
+
+/// Least share of the pixels that exceed [`RESAMPLED_255`] where photographs do not know of a pole and
+/// smear it on the wall behind: it is 30 cm wide, half as far from them as the wall, and two photographs
+/// show it there once each.
+pub const SMEARED_SHARE: f64 = 0.1;

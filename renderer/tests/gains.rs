@@ -6,6 +6,7 @@ use common::*;
 use flaneur_renderer::{Frame, Settings};
 use flaneur_scene::{PosedCamera, SceneUpdate, View, linear_from_srgb, srgb_from_linear};
 use glam::{DVec3, UVec2};
+use tolerances::{EXPOSED_ALIKE, FILTERED_255, SETTLING_MEAN_255};
 
 const SIZE: UVec2 = UVec2::new(240, 160);
 /// Exposures of the photographs, for linear red, green and blue.
@@ -68,7 +69,7 @@ fn differences_of_exposure_are_taken_away() {
     };
     let (with, without) = (spread(true, "gains"), spread(false, "no_gains"));
     println!("brightness differs by {with:.3}, without gains by {without:.3}");
-    assert!(with < tolerances::EXPOSED_ALIKE && without > 0.3, "{with} {without}");
+    assert!(with < EXPOSED_ALIKE && without > 0.3, "{with} {without}");
 }
 
 /// Neither the order of arrival nor what was looked at before changes them, once the view jumps.
@@ -90,7 +91,8 @@ fn gains_depend_on_what_is_there() {
         let frame = renderer.render(&here).expect("a frame");
         // Photographs lie elsewhere in their textures, where filtering rounds otherwise.
         let off = frame.rgba.iter().zip(&expected.rgba).map(|(a, b)| a.abs_diff(*b)).max();
-        assert!(off <= Some(1), "order {order:?} gives another picture: {off:?}");
+        let alike = off.is_some_and(|off| f64::from(off) <= FILTERED_255);
+        assert!(alike, "order {order:?} gives another picture: {off:?}");
     }
 }
 
@@ -113,7 +115,7 @@ fn what_is_on_display_does_not_jump() {
     // The new photograph shows at once; after it nothing changes by more than a byte a frame.
     let steps: Vec<f64> = means.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let settled = means.pop().expect("frames");
-    assert!(steps.iter().all(|step| *step < 1.0), "{before} {steps:?}");
+    assert!(steps.iter().all(|step| *step < SETTLING_MEAN_255), "{before} {steps:?}");
     assert!((settled - means[0]).abs() > 0.1, "nothing was to be adjusted: {before} {means:?}");
     assert_eq!(steps.last(), Some(&0.0), "it comes to an end");
 }

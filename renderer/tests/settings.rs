@@ -98,7 +98,7 @@ fn a_smaller_picture_is_enlarged() {
     let off = |a: &u8, b: &u8| f64::from(a.abs_diff(*b));
     let mean = enlarged.rgba.iter().zip(&whole.rgba).map(|(a, b)| off(a, b)).sum::<f64>()
         / whole.rgba.len() as f64;
-    assert!(mean > 0.0 && mean < 8.0, "{mean}");
+    assert!(mean > 0.0 && mean < tolerances::ENLARGED_MEAN_255, "{mean}");
 }
 
 /// The wall stands 6.8 m east of the eye and 2 m behind its edge, whatever the settings.

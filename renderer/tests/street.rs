@@ -9,8 +9,8 @@ use flaneur_scene::{
 };
 use glam::{DVec2, DVec3, UVec2};
 use tolerances::{
-    ELEVATION_WRONG_SHARE, FAR_AWAY_255, OWN_PHOTOGRAPH_MEAN_255, POLE_WRONG_SHARE, RESAMPLED_255,
-    RESAMPLED_MEAN_255,
+    DEPTH_MODE_255, ELEVATION_WRONG_SHARE, FAR_AWAY_255, FILTERED_255, OWN_PHOTOGRAPH_MEAN_255,
+    POLE_WRONG_SHARE, RESAMPLED_255, RESAMPLED_MEAN_255, SMEARED_SHARE,
 };
 
 const SIZE: UVec2 = UVec2::new(320, 240);
@@ -83,7 +83,7 @@ fn a_pole_of_points_hides_the_wall_and_is_not_smeared_on_it() {
         "{likeness:?}"
     );
     let smeared = street.likeness(&without, &view.camera, 4);
-    assert!(smeared.wrong > 0.03, "the test sees smearing: {smeared:?}");
+    assert!(smeared.wrong > SMEARED_SHARE, "the test sees smearing: {smeared:?}");
     let truth = street.picture(&view.camera);
     for (i, seen) in truth.iter().enumerate() {
         if seen.is_some_and(|(hit, _)| hit.object == 1) && is_interior(&truth, SIZE, i, 3) {
@@ -123,7 +123,7 @@ fn without_the_depth_test_or_its_refinement_the_pole_is_smeared() {
     assert_eq!(render(settings), whole);
     println!("wrong pixels: {whole:.4}, without refinement {coarse:.4}, without test {blind:.4}");
     assert!(
-        whole < POLE_WRONG_SHARE && coarse > 0.01 && blind >= coarse,
+        whole < POLE_WRONG_SHARE && coarse > SMEARED_SHARE && blind >= coarse,
         "{whole} {coarse} {blind}"
     );
 }
@@ -275,7 +275,7 @@ fn masked_pixels_are_never_used() {
         assert!(red.surfaces == green.surfaces);
         // Filtering weighs texels in 256ths: what is less than that may still round a byte.
         let off = red.rgba.iter().zip(&green.rgba).map(|(a, b)| a.abs_diff(*b)).max();
-        assert!(off <= Some(1), "{size}: {off:?}");
+        assert!(off.is_some_and(|off| f64::from(off) <= FILTERED_255), "{size}: {off:?}");
     }
 }
 
@@ -388,8 +388,10 @@ fn modes_show_the_same_scene_in_their_own_way() {
                         let depth = view.camera.cam_from_world(p).z;
                         let expected = 255.0 * 10.0 / (10.0 + depth);
                         let found = f64::from(frame.rgba[4 * i]);
-                        // A disc of the pole lies before its surface by up to 2 cm.
-                        assert!((found - expected).abs() < 1.6, "{i}: {found} for {expected}");
+                        assert!(
+                            (found - expected).abs() < DEPTH_MODE_255,
+                            "{i}: {found} for {expected}"
+                        );
                     }
                 }
             }

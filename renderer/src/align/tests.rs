@@ -7,7 +7,7 @@ use super::reference::lucas_kanade;
 use super::{LUCAS_KANADE_WGSL, Shares};
 use crate::infer::Grid;
 use crate::kernel_tests::{gpu, run};
-use crate::tolerances::ALIGNMENT_CELLS;
+use crate::tolerances::{ALIGNMENT_CELLS, FOUND_CELLS, SHARE_STEP, STILL_CELLS};
 
 const KERNEL: &str = "
 @group(0) @binding(0) var<storage, read> queries: array<array<vec4<f32>, 2>>;
@@ -66,10 +66,10 @@ fn what_is_displaced_is_found_and_noise_is_not() {
     for step in [DVec2::new(0.4, -0.3), DVec2::new(-0.7, 0.1)] {
         let (ggt, gd, dd) = sums(0.0, 0.2, step, 0.0);
         let found = lucas_kanade(ggt, gd, dd);
-        assert!(found.distance(step) < 0.1, "{found} for {step}");
+        assert!(found.distance(step) < FOUND_CELLS, "{found} for {step}");
     }
     let (ggt, gd, dd) = sums(0.0, 0.002, DVec2::ZERO, 0.01);
-    assert!(lucas_kanade(ggt, gd, dd).length() < 0.01);
+    assert!(lucas_kanade(ggt, gd, dd).length() < STILL_CELLS);
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn shares_change_little_by_little() {
         let third = 3.0 + 0.002 * f64::from(i);
         let now = Shares::new(&[1.0, 3.0, third]).expect("three rigs").applied;
         let last = before.replace(now).unwrap_or(0.0);
-        assert!((now - last).abs() < 0.01 && now >= last);
+        assert!((now - last).abs() < SHARE_STEP && now >= last);
     }
     assert_eq!(before, Some(1.0));
 }

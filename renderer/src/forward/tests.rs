@@ -6,7 +6,10 @@ use glam::{DMat3, DVec2, DVec3, UVec2};
 use super::reference::{Found, Pinhole, by_homography, by_projection, homography};
 use crate::camera::gpu_data::Camera;
 use crate::kernel_tests::run;
-use crate::tolerances::{HOMOGRAPHY_DEPTH_RELATIVE, HOMOGRAPHY_F64, HOMOGRAPHY_PX, SINGULAR};
+use crate::tolerances::{
+    EPIPOLE_PX, HOMOGRAPHY_DEPTH_RELATIVE, HOMOGRAPHY_F64, HOMOGRAPHY_PX, REFERENCE_M,
+    REFERENCE_PX, SINGULAR,
+};
 use crate::{camera, pinhole};
 
 const KERNEL: &str = "
@@ -261,13 +264,12 @@ fn the_reference_is_projection_onto_the_plane() {
         // Neither length nor sign of N counts.
         for scale in [1.0, -1.0, 1e-3, -250.0] {
             let found = by_homography(&view, &photograph, case.p, case.n * scale, q);
-            // Lambert-93 coordinates are rounded by 1e-9 m, which is 1e-6 pixels at a metre.
             let pixel = |found: &Found| found.place.truncate() / found.place.z;
             let off_px = pixel(&found).distance(pixel(&direct));
             let off_m = (found.place.z - direct.place.z).abs();
             let off_view_m = (found.view_depth - direct.view_depth).abs();
             assert!(
-                off_px < 1e-5 && off_m < 1e-8 && off_view_m < 1e-8,
+                off_px < REFERENCE_PX && off_m < REFERENCE_M && off_view_m < REFERENCE_M,
                 "{off_px} {off_m} {case:?}"
             );
             worst = worst.max(DVec3::new(off_px, off_m, off_view_m));
@@ -427,7 +429,7 @@ fn the_epipole_on_the_border() {
         .collect();
     let epipole =
         ideal(&cases[0].photograph).m * (cases[0].view.centre - cases[0].photograph.centre);
-    assert!((epipole.truncate() / epipole.z).x.abs() < 1e-6);
+    assert!((epipole.truncate() / epipole.z).x.abs() < EPIPOLE_PX);
     let shown = compare("epipole on the border", &cases, |_| HOMOGRAPHY_PX);
     assert!(shown > 300, "{shown}");
 }

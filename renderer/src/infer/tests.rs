@@ -11,7 +11,7 @@ use super::{Grid, before_data, gpu_data};
 use crate::kernel_tests::channels::{Channels, draw, uniform};
 use crate::kernel_tests::{gpu, noise};
 use crate::reference::field::{Field, cells};
-use crate::tolerances::{CHOICE_INDEX, LENS_PX, SETTLED_RELATIVE};
+use crate::tolerances::{CHOICE_INDEX, CURVED_COST, DECIDED_COST, LENS_PX, SETTLED_RELATIVE};
 
 mod costs;
 mod device;
@@ -130,8 +130,8 @@ fn is_decided(judged: &[f64]) -> bool {
     let best = sorted[0];
     let is_curved = best == 0
         || best + 1 == judged.len()
-        || judged[best - 1] + judged[best + 1] - 2.0 * judged[best] > 1e-3;
-    is_curved && judged[sorted[1]] - judged[best] > 1e-6
+        || judged[best - 1] + judged[best + 1] - 2.0 * judged[best] > CURVED_COST;
+    is_curved && judged[sorted[1]] - judged[best] > DECIDED_COST
 }
 
 #[test]

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::reference::{edge_weight, feather_weight, mask_weight, park_weight};
 use crate::kernel_tests::run;
-use crate::tolerances::WEIGHT_RELATIVE;
+use crate::tolerances::{WEIGHT_ABSOLUTE, WEIGHT_RELATIVE};
 
 const KERNEL: &str = "
 @group(0) @binding(0) var<storage, read> queries: array<vec4<f32>>;
@@ -57,8 +57,7 @@ fn device_and_reference_agree() {
         ];
         for (found, expected) in found.into_iter().zip(expected) {
             let found = f64::from(found);
-            // Cosines near 0 carry the rounding of their own computation four times.
-            let allowed = WEIGHT_RELATIVE * expected + 1e-9;
+            let allowed = WEIGHT_RELATIVE * expected + WEIGHT_ABSOLUTE;
             assert!((found - expected).abs() <= allowed, "{found} for {expected} at {share}");
         }
     }
