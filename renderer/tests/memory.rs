@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use flaneur_renderer::{MemoryReport, RenderError, Settings, Texturing};
 use flaneur_scene::{
-    ImageId, ImageUpdate, NodeKey, PointChunk, PointNodeId, SceneUpdate, View, linear_from_srgb,
-    srgb_from_linear,
+    ImageId, ImageUpdate, MeshTile, MeshVertex, NodeKey, PointChunk, PointNodeId, SceneUpdate,
+    SurfaceClass, TileKey, TileLayer, View, linear_from_srgb, srgb_from_linear,
 };
 use glam::{DVec3, UVec2};
 use proptest::prelude::*;
@@ -262,6 +262,56 @@ fn what_cannot_be_coarser_is_given_up_farthest_first() {
     assert_eq!(evicted, ["66/x", "65/x", "64/x"]);
     let again = renderer.apply(small(66)).expect("never an error");
     assert!(again.refused && again.evicted.len() == 1 && again.coarser.is_empty(), "{again:?}");
+}
+
+/// Triangles so far to the east, 108 bytes each.
+fn triangles(street: &Street, x: i32, count: u32) -> MeshTile {
+    let vertex = |i: u32| {
+        let [along, up] = [f32::from(u8::from(i % 3 == 1)), f32::from(u8::from(i % 3 == 2))];
+        let position =
+            [x as f32, along + 0.01 * (i / 300) as f32, up + 0.01 * (i / 3 % 100) as f32];
+        let (normal, class) = ([-1.0, 0.0, 0.0], SurfaceClass::Wall);
+        MeshVertex { position, normal, uncertainty_m: 0.1, class }
+    };
+    MeshTile {
+        key: TileKey { layer: TileLayer::Footprints, x, y: 0 },
+        origin: street.origin,
+        vertices: (0..3 * count).map(vertex).collect(),
+        indices: (0..3 * count).collect(),
+    }
+}
+
+/// There is a mebibyte for meshes.
+#[test]
+fn the_farthest_mesh_makes_room_and_what_is_refused_costs_others_nothing() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let mut renderer = renderer(scarce(), Vec::new());
+    renderer.expect_eye(DVec3::ZERO);
+    let mut apply = |x, count| {
+        let update = mesh_update(triangles(&street, x, count));
+        let applied = renderer.apply(update).expect("never an error");
+        let evicted = applied.evicted.iter().map(|update| match update {
+            SceneUpdate::DropMesh(key) => key.x,
+            other => panic!("{other:?}"),
+        });
+        (applied.refused, evicted.collect::<Vec<i32>>(), renderer.memory().mesh)
+    };
+    for (x, held) in [(10, 1), (40, 2), (30, 3)] {
+        assert_eq!(apply(x, 3000), (false, vec![], held * 324_000));
+    }
+    // The farthest goes, and only for what is nearer.
+    assert_eq!(apply(20, 3000), (false, vec![40], 972_000));
+    assert_eq!(apply(40, 3000), (true, vec![40], 972_000));
+    // Two would have to go, of which one is nearer: neither does.
+    assert_eq!(apply(25, 6000), (true, vec![25], 972_000));
+    // The room of what is replaced counts.
+    assert_eq!(apply(20, 3100), (false, vec![], 982_800));
+    assert_eq!(apply(20, 6000), (false, vec![30], 972_000));
+    // Farthest first, no more than needed.
+    assert_eq!(apply(30, 600), (false, vec![], 1_036_800));
+    assert_eq!(apply(5, 900), (false, vec![30, 20], 421_200));
+    // What is replaced and does not fit is gone: it is not what it was any more.
+    assert_eq!(apply(10, 9000), (true, vec![10], 97_200));
 }
 
 #[test]

@@ -14,6 +14,7 @@ use crate::camera::gpu_data::Camera;
 use crate::frustum::Frustum;
 use crate::{Gpu, RenderError, camera};
 
+mod evict;
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
@@ -58,12 +59,20 @@ struct Tile {
     index_count: u32,
 }
 
+impl Tile {
+    /// Bytes on the device.
+    fn bytes(&self) -> u64 {
+        self.vertices.size() + self.indices.size()
+    }
+}
+
 impl MeshStore {
     /// Adds or replaces a tile; gives the box that changed, empty where nothing did.
     /// Triangles with a corner that is not finite are left out.
     ///
-    /// Where all would take more than `most` bytes, tiles farther from `eye` are given up, with
-    /// their boxes in `evicted`; the tile itself where those are not enough.
+    /// Where all would take more than `most` bytes, the tiles farthest from `eye` are given up, with
+    /// their boxes in `evicted`; where those that are farther than the tile are not enough, they stay
+    /// and the tile itself is given up, with what it was to replace.
     pub(crate) fn insert(
         &mut self,
         gpu: &Gpu,
@@ -80,16 +89,17 @@ impl MeshStore {
             let p = Vec3::from_array(vertices[index as usize].position).as_dvec3();
             bounds.include(tile.origin + p);
         }
-        let mut changed = self.remove(tile.key);
+        let replaced = self.tiles.get(&tile.key).map_or(0, Tile::bytes);
         let needed = (size_of_val(&vertices[..]) + size_of_val(&indices[..])) as u64;
-        while self.bytes() + needed > most {
-            let distance = |tile: &Tile| tile.bounds.distance(eye);
-            let farthest = self.tiles.iter().max_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
-            let farthest = farthest.filter(|(_, tile)| distance(tile) > bounds.distance(eye));
-            let Some(key) = farthest.map(|(key, _)| *key) else {
-                evicted.push((tile.key, changed));
-                return Ok(changed);
-            };
+        let needed = if indices.is_empty() { 0 } else { needed };
+        let lacking = (self.bytes() - replaced + needed).saturating_sub(most);
+        let farther = self.farther(tile.key, &bounds, eye, lacking);
+        let mut changed = self.remove(tile.key);
+        let Some(farther) = farther else {
+            evicted.push((tile.key, changed));
+            return Ok(changed);
+        };
+        for key in farther {
             evicted.push((key, self.remove(key)));
         }
         if !indices.is_empty() {
@@ -125,7 +135,7 @@ impl MeshStore {
 
     /// Bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
-        self.tiles.values().map(|tile| tile.vertices.size() + tile.indices.size()).sum()
+        self.tiles.values().map(Tile::bytes).sum()
     }
 
     pub(crate) fn triangle_count(&self) -> u64 {
