@@ -264,6 +264,50 @@ fn what_cannot_be_coarser_is_given_up_farthest_first() {
     assert!(again.refused && again.evicted.len() == 1 && again.coarser.is_empty(), "{again:?}");
 }
 
+/// A photograph of this many pixels a side, so far to the north of the eye.
+fn square(street: &Street, name: &str, side: u32, north_m: f64) -> SceneUpdate {
+    let at = [-1.0, north_m - 6.0, 2.0];
+    let camera = camera(street.origin, at, 90.0, 5.0, 70.0, UVec2::splat(side));
+    image_update(ImageUpdate {
+        id: format!("{name}/x").parse().expect("a name"),
+        level: 0,
+        camera,
+        size: UVec2::splat(side),
+        rgba: (0..side * side).flat_map(|i| [(i % 251) as u8, 90, 200, 255]).collect(),
+        uncertainty_m: 0.0,
+    })
+}
+
+/// A far photograph could be made coarser and then be given up for the new one, but near ones leave
+/// no room for it all the same.
+#[test]
+fn a_photograph_that_is_refused_costs_others_nothing() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let mut renderer = renderer(scarce(), vec![mesh_update(street.mesh(&[0, 2, 3], 0.1))]);
+    renderer.expect_eye(DVec3::new(-1.0, -6.0, 2.0));
+    for (name, north_m) in [("near", 0.1), ("beside", 0.2), ("far", 10.0), ("farther", 12.0)] {
+        let applied = renderer.apply(square(&street, name, 500, north_m)).expect("never an error");
+        assert!(!applied.refused && applied.coarser.is_empty(), "{applied:?}");
+    }
+    let before = (renderer.memory(), renderer.render(&small_view()).expect("a frame"));
+    renderer.expect_eye(DVec3::new(-1.0, -6.0, 2.0));
+    let applied = renderer.apply(square(&street, "new", 1000, 2.0)).expect("never an error");
+    let id: ImageId = "new/x".parse().expect("a name");
+    assert!(applied.refused && applied.coarser.is_empty(), "{applied:?}");
+    let only_itself =
+        |gone: &[SceneUpdate]| matches!(gone, [SceneUpdate::DropImage(gone)] if *gone == id);
+    assert!(only_itself(&applied.evicted), "{applied:?}");
+    assert_eq!(renderer.memory().photographs, before.0.photographs);
+    renderer.cut();
+    assert!(renderer.render(&small_view()).expect("a frame") == before.1, "another picture");
+    // Half as large it needs no more than those two give.
+    renderer.expect_eye(DVec3::new(-1.0, -6.0, 2.0));
+    let applied = renderer.apply(square(&street, "new", 500, 2.0)).expect("never an error");
+    let coarser: Vec<String> = applied.coarser.iter().map(|(id, _)| id.to_string()).collect();
+    assert!(!applied.refused && applied.evicted.is_empty(), "{applied:?}");
+    assert!(!coarser.is_empty() && coarser.iter().all(|id| id.starts_with("far")), "{applied:?}");
+}
+
 /// Triangles so far to the east, 108 bytes each.
 fn triangles(street: &Street, x: i32, count: u32) -> MeshTile {
     let vertex = |i: u32| {

@@ -8,13 +8,10 @@
 use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
-use super::packing::Packing;
+use super::layout::{Layout, level_size};
+pub(crate) use super::layout::{MAX_LOD, NoPlace, Place, SIDES};
 use crate::{Gpu, memory};
 
-/// Sides of the layers of each array, pixels.
-pub(crate) const SIDES: [u32; 4] = [1024, 2048, 4096, 8192];
-/// Levels of detail below the full one.
-pub(crate) const MAX_LOD: u32 = 4;
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 /// The shader that makes the levels.
@@ -32,38 +29,12 @@ pub(crate) mod gpu_data {
     }
 }
 
-/// Where a photograph lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Place {
-    /// Index in [`SIDES`].
-    pub(crate) array: usize,
-    pub(crate) layer: u32,
-    pub(crate) corner: UVec2,
-    pub(crate) size: UVec2,
-}
-
-/// Why there is no place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum NoPlace {
-    /// The photograph is larger than the largest layer of the device.
-    TooLarge { side: u32 },
-    /// The textures would exceed what they may take.
-    Memory,
-    /// The device has no more layers or no more memory.
-    Device,
-}
-
 #[derive(Debug)]
 pub(crate) struct Atlas {
-    arrays: Vec<Array>,
+    layout: Layout,
+    /// In the order of [`SIDES`].
+    textures: [wgpu::Texture; SIDES.len()],
     halve: wgpu::RenderPipeline,
-}
-
-#[derive(Debug)]
-struct Array {
-    side: u32,
-    texture: wgpu::Texture,
-    layers: Vec<Packing>,
 }
 
 impl Atlas {
@@ -93,33 +64,21 @@ impl Atlas {
             multiview_mask: None,
             cache: None,
         });
-        let arrays = SIDES
-            .map(|side| Array {
-                side,
-                // Bound in any case, so never without a layer; a small one while unused.
-                texture: texture(gpu, 1 << MAX_LOD, 1),
-                layers: Vec::new(),
-            })
-            .into();
-        Self { arrays, halve }
-    }
-
-    /// Bytes of all layers, rounded up.
-    fn held(&self) -> u64 {
-        self.arrays.iter().map(|array| bytes(array.side, array.layers.len())).sum()
+        let layout = Layout::new(&gpu.device.limits());
+        Self { layout, textures: SIDES.map(|side| texture(gpu, side, 0)), halve }
     }
 
     /// Bytes of all arrays.
     pub(crate) fn bytes(&self) -> u64 {
-        self.arrays.iter().map(|array| memory::of_texture(&array.texture)).sum()
+        self.textures.iter().map(memory::of_texture).sum()
     }
 
     /// Views of all arrays, in the order of [`SIDES`].
     pub(crate) fn views(&self) -> Vec<wgpu::TextureView> {
-        self.arrays
+        self.textures
             .iter()
-            .map(|array| {
-                array.texture.create_view(&wgpu::TextureViewDescriptor {
+            .map(|texture| {
+                texture.create_view(&wgpu::TextureViewDescriptor {
                     dimension: Some(wgpu::TextureViewDimension::D2Array),
                     ..Default::default()
                 })
@@ -152,32 +111,26 @@ impl Atlas {
 
     /// Frees what [`Atlas::insert`] took.
     pub(crate) fn remove(&mut self, place: &Place) {
-        if let Some(packing) = self.arrays[place.array].layers.get_mut(place.layer as usize) {
-            packing.give_back(place.corner);
-        }
+        self.layout.remove(place);
     }
 
-    /// Whether a photograph of `size` has room once that at `place` is removed, without more layers.
-    pub(crate) fn fits_without(&self, place: &Place, size: UVec2) -> bool {
-        let array = &self.arrays[place.array];
-        let Some(packing) = array.layers.get(place.layer as usize) else { return false };
-        let mut packing = packing.clone();
-        packing.give_back(place.corner);
-        taken(size).max_element() <= array.side && packing.take(taken(size)).is_some()
+    /// Where photographs lie.
+    pub(super) fn layout(&self) -> &Layout {
+        &self.layout
     }
 
     /// Keeps of the photograph at `place` the level below its full one, and gives back the room of
-    /// the rest. Where it lies then: it moves to where there is room for so little, so that what it
-    /// leaves can serve one of its former size. `None` where the device has no room to move it.
+    /// the rest. Where it lies then, see [`Layout::coarsen`]; `None`, and nothing kept, where there is
+    /// no room to move it.
     pub(crate) fn coarsen(&mut self, gpu: &Gpu, place: &Place, most: u64) -> Option<Place> {
         let size = level_size(place.size, 1);
         let kept = texture_of_one(gpu, size);
         copy(gpu, self.part(place, 1), kept.as_image_copy(), size);
-        self.remove(place);
-        let moved = self.take(gpu, size, most).ok().or_else(|| {
-            let packing = self.arrays[place.array].layers.get_mut(place.layer as usize)?;
-            Some(Place { corner: packing.take(taken(size))?, size, ..*place })
-        })?;
+        let mut moved = self.layout.coarsen(place, most);
+        if !self.resize(gpu) {
+            moved = self.layout.take_beside(place, size);
+        }
+        let moved = moved?;
         copy(gpu, kept.as_image_copy(), self.part(&moved, 0), size);
         self.make_levels(gpu, &moved);
         Some(moved)
@@ -187,7 +140,7 @@ impl Atlas {
     fn part(&self, place: &Place, level: u32) -> wgpu::TexelCopyTextureInfo<'_> {
         let corner = place.corner / (1 << level);
         wgpu::TexelCopyTextureInfo {
-            texture: &self.arrays[place.array].texture,
+            texture: &self.textures[place.array],
             mip_level: level,
             origin: wgpu::Origin3d { x: corner.x, y: corner.y, z: place.layer },
             aspect: wgpu::TextureAspect::All,
@@ -195,59 +148,69 @@ impl Atlas {
     }
 
     fn take(&mut self, gpu: &Gpu, size: UVec2, most: u64) -> Result<Place, NoPlace> {
-        let limits = gpu.device.limits();
-        let side = limits.max_texture_dimension_2d.min(SIDES[SIDES.len() - 1]);
-        let aligned = taken(size);
-        let class = SIDES
-            .iter()
-            .position(|&class| class <= side && aligned.max_element() <= class)
-            .ok_or(NoPlace::TooLarge { side })?;
-        if let Some(place) = self.arrays[class].take(class, size) {
-            return Ok(place);
+        let taken = self.layout.take(size, most);
+        if self.resize(gpu) {
+            return taken;
         }
-        let smallest = |atlas: &Self| atlas.held() + bytes(SIDES[class], 1);
-        if smallest(self) > most {
-            self.trim(gpu);
+        let class = taken.map_or(0, |place| place.array);
+        self.layout.take_between(class, size).ok_or(NoPlace::Device)
+    }
+
+    /// Gives the textures the layers of the layout; `false` where the device has no room for more, so
+    /// that the layout has lost them again.
+    fn resize(&mut self, gpu: &Gpu) -> bool {
+        let wanted = self.layout.layers();
+        let held = self.textures.each_ref().map(layers);
+        // What is given back makes room for what is taken.
+        for array in (0..SIDES.len()).filter(|&array| wanted[array] < held[array]) {
+            // Where the device has no room for both, the larger one serves as well.
+            self.resize_one(gpu, array, wanted[array]);
         }
-        let held = self.held();
-        let array = &mut self.arrays[class];
-        // Half as much again, so that growing costs a bounded share of filling; a single
-        // layer where there is no room for more.
-        let layers = array.layers.len();
-        let generous = layers + (layers / 2).max(1);
-        let fits = |to: usize| held - bytes(array.side, layers) + bytes(array.side, to) <= most;
-        let to = if fits(generous) { generous } else { layers + 1 };
-        let may_grow = fits(to);
-        let to = to.min(limits.max_texture_array_layers as usize);
-        if may_grow && to > layers && array.grow(gpu, to) {
-            return array.take(class, size).ok_or(NoPlace::Device);
-        }
-        // In between larger ones, then.
-        let mut larger = class + 1..self.arrays.len();
-        larger.find_map(|class| self.arrays[class].take(class, size)).ok_or(if may_grow {
-            NoPlace::Device
-        } else {
-            NoPlace::Memory
+        (0..SIDES.len()).filter(|&array| wanted[array] > held[array]).all(|array| {
+            let resized = self.resize_one(gpu, array, wanted[array]);
+            if !resized {
+                self.layout.truncate(array, held[array]);
+            }
+            resized
         })
     }
 
-    /// Gives layers at the end of arrays back to the device where no photograph lies in them.
-    fn trim(&mut self, gpu: &Gpu) {
-        for array in &mut self.arrays {
-            let used = array.layers.iter().rposition(|layer| !layer.is_empty());
-            let used = used.map_or(0, |last| last + 1);
-            if used == 0 && !array.layers.is_empty() {
-                array.texture = texture(gpu, 1 << MAX_LOD, 1);
-                array.layers.clear();
-            } else if used < array.layers.len() {
-                array.layers.truncate(used);
-                array.grow(gpu, used);
-            }
+    /// Whether the device had room for so many layers; what is there is kept either way.
+    fn resize_one(&mut self, gpu: &Gpu, array: usize, wanted: usize) -> bool {
+        let side = SIDES[array];
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let resized = texture(gpu, side, wanted);
+        if pollster::block_on(scope.pop()).is_some() {
+            return false;
         }
+        let kept = layers(&self.textures[array]).min(wanted);
+        if kept > 0 {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            for level in 0..=MAX_LOD {
+                let part = |texture| wgpu::TexelCopyTextureInfo {
+                    texture,
+                    mip_level: level,
+                    origin: wgpu::Origin3d::ZERO,
+                    aspect: wgpu::TextureAspect::All,
+                };
+                encoder.copy_texture_to_texture(
+                    part(&self.textures[array]),
+                    part(&resized),
+                    wgpu::Extent3d {
+                        width: side >> level,
+                        height: side >> level,
+                        depth_or_array_layers: kept as u32,
+                    },
+                );
+            }
+            gpu.queue.submit([encoder.finish()]);
+        }
+        self.textures[array] = resized;
+        true
     }
 
     fn make_levels(&self, gpu: &Gpu, place: &Place) {
-        let texture = &self.arrays[place.array].texture;
+        let texture = &self.textures[place.array];
         let view = |level| {
             texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2),
@@ -305,63 +268,6 @@ impl Atlas {
     }
 }
 
-impl Array {
-    fn take(&mut self, array: usize, size: UVec2) -> Option<Place> {
-        self.layers.iter_mut().zip(0..).find_map(|(packing, layer)| {
-            let corner = packing.take(taken(size))?;
-            Some(Place { array, layer, corner, size })
-        })
-    }
-
-    /// Whether the device had room for `layers` layers; what is there is kept either way.
-    fn grow(&mut self, gpu: &Gpu, layers: usize) -> bool {
-        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let larger = texture(gpu, self.side, layers as u32);
-        if pollster::block_on(scope.pop()).is_some() {
-            return false;
-        }
-        if !self.layers.is_empty() {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            for level in 0..=MAX_LOD {
-                let part = |texture| wgpu::TexelCopyTextureInfo {
-                    texture,
-                    mip_level: level,
-                    origin: wgpu::Origin3d::ZERO,
-                    aspect: wgpu::TextureAspect::All,
-                };
-                encoder.copy_texture_to_texture(
-                    part(&self.texture),
-                    part(&larger),
-                    wgpu::Extent3d {
-                        width: self.side >> level,
-                        height: self.side >> level,
-                        depth_or_array_layers: self.layers.len() as u32,
-                    },
-                );
-            }
-            gpu.queue.submit([encoder.finish()]);
-        }
-        self.texture = larger;
-        self.layers.resize_with(layers, || Packing::new(self.side));
-        true
-    }
-}
-
-/// The room that a photograph takes: corners of all levels stay whole texels.
-fn taken(size: UVec2) -> UVec2 {
-    size.map(|side| side.next_multiple_of(1 << MAX_LOD))
-}
-
-/// Size of a level, rounded up.
-pub(super) fn level_size(size: UVec2, level: u32) -> UVec2 {
-    size.map(|side| side.div_ceil(1 << level))
-}
-
-/// Bytes of `layers` layers with their levels, at most a third more than the full one.
-fn bytes(side: u32, layers: usize) -> u64 {
-    u64::from(side) * u64::from(side) * 4 * layers as u64 * 4 / 3
-}
-
 /// Copies `size` texels.
 fn copy(
     gpu: &Gpu,
@@ -389,10 +295,13 @@ fn texture_of_one(gpu: &Gpu, size: UVec2) -> wgpu::Texture {
     })
 }
 
-fn texture(gpu: &Gpu, side: u32, layers: u32) -> wgpu::Texture {
+/// Layers of `side` pixels; without any a small one, because it is bound in any case.
+fn texture(gpu: &Gpu, side: u32, layers: usize) -> wgpu::Texture {
+    let side = if layers == 0 { 1 << MAX_LOD } else { side };
+    let depth_or_array_layers = layers.max(1) as u32;
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("photographs"),
-        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers },
         mip_level_count: MAX_LOD + 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
@@ -403,4 +312,9 @@ fn texture(gpu: &Gpu, side: u32, layers: u32) -> wgpu::Texture {
             | wgpu::TextureUsages::RENDER_ATTACHMENT,
         view_formats: &[],
     })
+}
+
+/// How many layers for photographs a texture has.
+fn layers(texture: &wgpu::Texture) -> usize {
+    if texture.width() == 1 << MAX_LOD { 0 } else { texture.depth_or_array_layers() as usize }
 }

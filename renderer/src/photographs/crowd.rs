@@ -1,11 +1,11 @@
 //! Which photographs give way where there is no room for all.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use flaneur_scene::{ImageId, ImageUpdate, Lens};
 use glam::{DVec3, UVec2};
 
-use super::atlas::level_size;
+use super::layout::{NoPlace, Place, level_size};
 use super::{LensData, Photograph, PhotographStore};
 use crate::Gpu;
 
@@ -30,57 +30,97 @@ impl Crowded {
     }
 }
 
+/// One of the things that together make room.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    /// A photograph gives up its finest level.
+    Coarsen(ImageId),
+    /// A photograph goes.
+    Remove(ImageId),
+}
+
+/// The photographs that are there while room is planned: where they lie, and how far from the eye.
+type Crowd<'a> = BTreeMap<&'a ImageId, (Place, f64)>;
+
 impl PhotographStore {
-    /// Makes some room for `update`; `false` where all else is more useful.
-    ///
-    /// A photograph has the less use for its pixels the more it has of them and the farther it is:
-    /// that with the most of one times the other gives up its finest level. Once all have as few as
-    /// can be, the farthest goes. At last the coarser pixels go that `update` would replace, where
-    /// that makes room.
-    pub(super) fn make_room(
-        &mut self,
-        gpu: &Gpu,
+    /// What makes room for `update`; [`NoPlace::Memory`] where all else is more useful. Nothing is
+    /// changed yet.
+    pub(super) fn plan_room(
+        &self,
         update: &ImageUpdate,
         eye: DVec3,
         most: u64,
-        crowded: &mut Crowded,
-    ) -> bool {
-        let distance_m = update.camera.centre.distance(eye);
-        let detail = |size: UVec2, distance_m: f64| f64::from(size.max_element()) * distance_m;
-        let others = || {
-            let others = self.photographs.iter().filter(|(id, _)| **id != update.id);
-            others.map(|(id, other)| (id, other, other.camera.centre.distance(eye)))
-        };
-        let finest = others()
-            .filter(|(_, other, _)| other.place.size.max_element() > COARSEST_PX)
-            .map(|(id, other, distance_m)| (id, detail(other.place.size, distance_m)))
-            .filter(|(_, other)| *other > detail(update.size, distance_m))
-            .max_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));
-        if let Some((id, _)) = finest {
-            let id = id.clone();
-            if self.coarsen(gpu, &id, most) {
-                crowded.coarser.insert(id);
-            } else {
-                crowded.give_up(id);
+    ) -> Result<Vec<Step>, NoPlace> {
+        let mut layout = self.atlas.layout().clone();
+        let mut crowd: Crowd<'_> = self
+            .photographs
+            .iter()
+            .map(|(id, photograph)| {
+                (id, (photograph.place, photograph.camera.centre.distance(eye)))
+            })
+            .collect();
+        let mut steps = Vec::new();
+        loop {
+            match layout.clone().take(update.size, most) {
+                Ok(_) => return Ok(steps),
+                Err(NoPlace::Memory) => {}
+                Err(reason) => return Err(reason),
             }
-            return true;
+            let own = crowd.get(&update.id).map(|(place, _)| *place);
+            let step = match least_useful(&crowd, update, eye) {
+                Some(step) => step,
+                // At last the pixels that it would replace, where that makes room.
+                None => {
+                    let mut without = layout.clone();
+                    without.remove(&own.ok_or(NoPlace::Memory)?);
+                    without.take(update.size, most)?;
+                    Step::Remove(update.id.clone())
+                }
+            };
+            match &step {
+                Step::Coarsen(id) => {
+                    if let Some((id, (place, distance_m))) = crowd.remove_entry(id)
+                        && let Some(moved) = layout.coarsen(&place, most)
+                    {
+                        crowd.insert(id, (moved, distance_m));
+                    }
+                }
+                Step::Remove(id) => {
+                    if let Some((place, _)) = crowd.remove(id) {
+                        layout.remove(&place);
+                    }
+                }
+            }
+            steps.push(step);
         }
-        let farthest = others()
-            .map(|(id, _, farthest_m)| (id, farthest_m))
-            .filter(|(_, farthest_m)| *farthest_m > distance_m)
-            .max_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));
-        if let Some((id, _)) = farthest {
-            let id = id.clone();
-            self.remove(&id);
-            crowded.give_up(id);
-            return true;
+    }
+
+    /// Does what was planned to make room for the photograph `newcomer`.
+    pub(super) fn make_room(
+        &mut self,
+        gpu: &Gpu,
+        steps: Vec<Step>,
+        newcomer: &ImageId,
+        most: u64,
+        crowded: &mut Crowded,
+    ) {
+        for step in steps {
+            match step {
+                Step::Coarsen(id) => {
+                    if self.coarsen(gpu, &id, most) {
+                        crowded.coarser.insert(id);
+                    } else {
+                        crowded.give_up(id);
+                    }
+                }
+                Step::Remove(id) => {
+                    self.remove(&id);
+                    if id != *newcomer {
+                        crowded.give_up(id);
+                    }
+                }
+            }
         }
-        let replaced = self.photographs.get(&update.id).map(|before| before.place);
-        let makes_room = replaced.is_some_and(|place| self.atlas.fits_without(&place, update.size));
-        if makes_room {
-            self.remove(&update.id);
-        }
-        makes_room
     }
 
     /// Keeps the photograph at half its size, where the device can; else it is gone.
@@ -93,6 +133,31 @@ impl PhotographStore {
         self.photographs.insert(id.clone(), photograph);
         true
     }
+}
+
+/// Which other photograph is to give way first; `None` where all are more useful than `update`.
+///
+/// A photograph has the less use for its pixels the more it has of them and the farther it is: that
+/// with the most of one times the other gives up its finest level. Once all have as few as can be,
+/// the farthest goes.
+fn least_useful(crowd: &Crowd<'_>, update: &ImageUpdate, eye: DVec3) -> Option<Step> {
+    let own_m = update.camera.centre.distance(eye);
+    let detail = |size: UVec2, distance_m: f64| f64::from(size.max_element()) * distance_m;
+    let own = detail(update.size, own_m);
+    let others = || crowd.iter().filter(|(id, _)| ***id != update.id);
+    let finest = others()
+        .filter(|(_, (place, _))| place.size.max_element() > COARSEST_PX)
+        .map(|(id, (place, distance_m))| (*id, detail(place.size, *distance_m)))
+        .filter(|(_, other)| *other > own)
+        .max_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));
+    if let Some((id, _)) = finest {
+        return Some(Step::Coarsen(id.clone()));
+    }
+    let farthest = others()
+        .map(|(id, (_, distance_m))| (*id, *distance_m))
+        .filter(|(_, farthest_m)| *farthest_m > own_m)
+        .max_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(b.0)));
+    farthest.map(|(id, _)| Step::Remove(id.clone()))
 }
 
 impl Photograph {

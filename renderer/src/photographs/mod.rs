@@ -13,6 +13,7 @@ use crate::{Gpu, RenderError, Settings};
 
 pub(crate) mod atlas;
 mod crowd;
+mod layout;
 mod packing;
 #[cfg(test)]
 mod tests;
@@ -60,8 +61,8 @@ impl PhotographStore {
 
     /// Adds a photograph or replaces its pixels; gives whether its geometry changed.
     ///
-    /// Where there is no room others make it, see [`PhotographStore::make_room`]; where those are
-    /// not enough, the photograph stays as it was. Either is noted in `crowded`.
+    /// Where there is no room others make it, see [`PhotographStore::plan_room`]; where those are
+    /// not enough, they and the photograph stay as they were. Either is noted in `crowded`.
     pub(crate) fn insert(
         &mut self,
         gpu: &Gpu,
@@ -77,20 +78,20 @@ impl PhotographStore {
             error("its lens sees nothing: check focal length and distortion".into())
         })?;
         let most = settings.shares().photographs;
-        let place = loop {
-            match self.atlas.insert(gpu, update.size, &update.rgba, most) {
-                Ok(place) => break Some(place),
-                Err(NoPlace::Memory) => {
-                    if !self.make_room(gpu, update, eye, most, crowded) {
-                        break None;
-                    }
-                }
-                Err(reason) => return Err(no_place(update, reason)),
-            }
+        let place = match self.atlas.insert(gpu, update.size, &update.rgba, most) {
+            Err(NoPlace::Memory) => self.plan_room(update, eye, most).and_then(|steps| {
+                self.make_room(gpu, steps, &update.id, most, crowded);
+                self.atlas.insert(gpu, update.size, &update.rgba, most)
+            }),
+            place => place,
         };
-        let Some(place) = place else {
-            crowded.refused = true;
-            return Ok(false);
+        let place = match place {
+            Ok(place) => place,
+            Err(NoPlace::Memory) => {
+                crowded.refused = true;
+                return Ok(false);
+            }
+            Err(reason) => return Err(no_place(update, reason)),
         };
         let resident = update.camera.lens.scaled_to(update.size);
         let lens = LensData::new(&resident);
