@@ -22,7 +22,10 @@
 //! Frames follow no other: exposure gains are those to which photographs on display would go over
 //! some frames.
 //!
-//! Not part of it: the lines of [`Mode::Wireframe`], which are a pixel of the device's raster wide.
+//! Not part of it: the lines of [`Mode::Wireframe`], which are a pixel of the device's raster wide;
+//! [`Settings::points_share`] and [`Settings::resolution`], which say what a frame may leave out for
+//! speed: the reference leaves nothing out, whatever they are. [`Settings::texturing`],
+//! [`Settings::splat_route`] and [`Settings::quads_from_px`] are ways to one picture, which is this one.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -131,6 +131,11 @@ fn images_of_one_column_or_row() {
         let eye = with_lens(view(), lens(70.0));
         let (frame, difference) = compared(&updates, eye);
         assert!(difference.max_255 <= FRAME_MINIFIED_255, "{size}: {difference:?}");
+        // So coarse that its full level alone is looked up.
+        let taken = photo_camera([-1.0, -0.5, 2.0], 85.0);
+        let coarse = with_lens(taken, taken.lens.scaled_to(UVec2::new(56, 42)));
+        let (_, difference) = compared(&street_and(&[("a/x", coarse)]), eye);
+        assert!(difference.alike >= FRAME_ALIKE_SHARE, "{size}: {difference:?}");
         for (i, seen) in street.picture(&eye).iter().enumerate() {
             assert_eq!(frame.surfaces[i].is_geometry(), seen.is_some(), "{size} pixel {i}");
         }
