@@ -101,6 +101,21 @@ fn what_is_inferred_is_marked_and_changes_nothing_else() {
     assert!(inferred > 20_000, "{inferred}");
 }
 
+/// What is inferred, or completed, is shown but has no depth: measuring never uses it.
+#[test]
+fn what_is_inferred_is_not_measured() {
+    let street = street();
+    let mut renderer = renderer(Settings::default(), without_wall(&street));
+    let frame = renderer.render(&view(&street)).expect("a frame");
+    assert!(frame.stats.inferred_pixels > 20_000, "{:?}", frame.stats);
+    assert!(frame.stats.geometry_pixels > 5_000, "{:?}", frame.stats);
+    let depths = renderer.last_depths().expect("depths");
+    assert_eq!(depths.len(), frame.surfaces.len());
+    for (i, (depth, surface)) in depths.iter().zip(&frame.surfaces).enumerate() {
+        assert_eq!(depth.is_some(), surface.is_geometry(), "pixel {i}: {depth:?}, {surface:?}");
+    }
+}
+
 #[test]
 fn modes_that_measure_infer_nothing() {
     let street = street();
