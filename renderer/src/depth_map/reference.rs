@@ -15,6 +15,11 @@
 //! along its axis by σ, and aside by σ, which changes the depth of a plane of normal n by
 //! σ |n_xy| / |n · ray|. So β = w + σ (1 + |n_xy| / |n · ray|).
 //!
+//! β is derived, from what a map and a pose are said to be good for. Apart from it stand physical
+//! allowances, which no equation gives: what scanners, drives and discs do to one surface. They are
+//! constants, each with its reason: `POINT_NOISE_M`, `UNDECIDED_M` and `LEAST_SLOPE` here, `RELIEF_M`
+//! and `SAME_SURFACE_M` in surface/reference.rs.
+//!
 //! ρ is the relief of the surface: points that stand out of the plane n · (P − C) = 0 by no
 //! more than `relief_m` are that surface, which is `relief_m / |n · ray|` in depth. It covers the
 //! mesh's uncertainty δ, and the discs of the maps, which face the photograph and so stand out
@@ -43,16 +48,22 @@ pub(crate) enum Place {
     Point,
 }
 
-/// Centimetres of noise allowed to lidar ranges.
+/// Physical allowance beside β: the noise of lidar ranges, metres. Scanners of surveys are
+/// good to 5 mm to 3 cm, by make and by what they meet. β knows of poses and texels only.
 pub(crate) const POINT_NOISE_M: f64 = 0.03;
 
-/// How far apart drives may put one surface, metres.
+/// Physical allowance beside β: how far apart drives may put one surface, metres. Where houses hide the
+/// sky, positions drift by some decimetres between two drives; what stands farther before a place than
+/// that is another thing, a car or a pole, and hides it.
 pub(crate) const UNDECIDED_M: f64 = 0.4;
 
-/// What is left of visibility where they have.
+/// What is left of visibility where they have: no photograph that sees a place clearly is outweighed by
+/// one that may not.
 pub(crate) const UNDECIDED: f64 = 1e-4;
 
-/// Sine of the angle between ray and plane below which neither relief nor bias grows further.
+/// Sine of the angle between ray and plane below which neither relief nor bias grows further: 6°. Both
+/// grow as one over the sine, without end, and a road far ahead would be seen through the cars on it.
+/// It bounds β rather than being a part of it: normals of points are no better than some degrees.
 pub(crate) const LEAST_SLOPE: f64 = 0.1;
 
 pub(crate) fn depth_on_texel_ray(c: DVec3, n: DVec3, ray: DVec3) -> f64 {
