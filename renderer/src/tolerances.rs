@@ -72,7 +72,9 @@ pub const FAR_AWAY_255: f64 = 1.0;
 pub const FRAME_ALIKE_SHARE: f64 = 0.999;
 
 /// The same difference, for 99 % of the pixels, where coarser levels of the photographs are
-/// looked up: those were decoded and encoded once more each.
+/// looked up: those were decoded and encoded once more each, which moves more than one in a thousand
+/// by a second byte. The views that need it are compared with coarse photographs as well, of which the
+/// full level is looked up, by [`FRAME_ALIKE_SHARE`].
 pub const FRAME_MINIFIED_255: f64 = 2.0;
 
 /// Where a homography finds a pixel of the photograph, against where projection does, in pixels:
