@@ -87,7 +87,7 @@ fn held_out_photographs_are_rendered_from_the_others(place: &Place) {
         for row in rows(&report).filter(|row| row["method"] == method) {
             match row["coverage"].as_f64() {
                 Some(share) => {
-                    assert!(method != "nearest" && (0.0..=1.0).contains(&share), "{row}")
+                    assert!(method != "nearest" && (0.0..=1.0).contains(&share), "{row}");
                 }
                 None => assert_eq!(method, "nearest"),
             }
