@@ -167,10 +167,7 @@ impl SightPass {
                 compilation_options: compilation_options.clone(),
                 buffers: &[Some(TILE_ATTRIBUTE)],
             },
-            primitive: wgpu::PrimitiveState {
-                topology: wgpu::PrimitiveTopology::TriangleStrip,
-                ..Default::default()
-            },
+            primitive: wgpu::PrimitiveState::default(),
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: RANK_FORMAT,
                 depth_write_enabled: Some(true),
