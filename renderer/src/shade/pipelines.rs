@@ -259,7 +259,10 @@ fn pipeline(
             compilation_options: compilation_options.clone(),
             buffers: kind.buffers,
         },
-        primitive: wgpu::PrimitiveState { topology: kind.topology, ..Default::default() },
+        primitive: wgpu::PrimitiveState {
+            topology: kind.topology,
+            ..Default::default()
+        },
         depth_stencil: Some(depth_stencil),
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {

@@ -4,7 +4,7 @@ use flaneur_scene::{Distortion, Intrinsics, Lens, PosedCamera, View};
 use glam::{DVec2, DVec3, UVec2};
 
 use super::reference::{reach, sees};
-use super::{MARGIN_M, Shown, TILE, TilePass, VERTICES, gpu_data};
+use super::{MARGIN_M, Shown, TILE, TilePass, gpu_data};
 use crate::frustum::Frustum;
 use crate::kernel_tests::channels::records;
 use crate::kernel_tests::{gpu, read};
