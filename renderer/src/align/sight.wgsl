@@ -13,8 +13,8 @@ struct Sight {
 
 // Tiles are the picture's.
 @vertex
-fn tile(@builtin(vertex_index) vertex: u32, @location(0) tile: u32) -> Corner {
-    return corner_of(tile, vertex, alignment.step * vec2<f32>(alignment.cells));
+fn tile(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> Corner {
+    return corner_of(tile, index, alignment.step * vec2<f32>(alignment.cells));
 }
 
 @fragment

@@ -167,7 +167,10 @@ impl SightPass {
                 compilation_options: compilation_options.clone(),
                 buffers: &[Some(TILE_ATTRIBUTE)],
             },
-            primitive: wgpu::PrimitiveState::default(),
+            primitive: wgpu::PrimitiveState {
+                topology: wgpu::PrimitiveTopology::TriangleStrip,
+                ..Default::default()
+            },
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: RANK_FORMAT,
                 depth_write_enabled: Some(true),

@@ -17,9 +17,9 @@ const COARSER: f32 = 2.0;
 @group(0) @binding(6) var<uniform> inference: Inference;
 
 @vertex
-fn tile(@builtin(vertex_index) vertex: u32, @location(0) tile: u32) -> Corner {
+fn tile(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> Corner {
     let rows = inference.cells.y * inference.hypotheses;
-    return corner_of(tile, vertex, vec2<f32>(vec2(inference.cells.x, rows)));
+    return corner_of(tile, index, vec2<f32>(vec2(inference.cells.x, rows)));
 }
 
 @fragment

@@ -1,6 +1,6 @@
-// Vertices of tiles. Needs tile.wgsl.
+// One instance a tile. Needs tile.wgsl.
 
 @vertex
-fn vs(@builtin(vertex_index) vertex: u32, @location(0) tile: u32) -> Corner {
-    return corner_of(tile, vertex, frame.size);
+fn vs(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> Corner {
+    return corner_of(tile, index, frame.size);
 }

@@ -151,7 +151,6 @@ impl PhotographPipelines {
                 let groups = [frame, photograph, atlas, sprites.layout].map(Some);
                 let kind = PipelineKind {
                     label: "sprites",
-                    topology: wgpu::PrimitiveTopology::TriangleStrip,
                     layout: Some(&layout("sprites", &groups)),
                     entry_points: ["sprite_vs", "sprite_fs"],
                     ..PipelineKind::of(sprites.module)
@@ -224,21 +223,13 @@ struct PipelineKind<'a> {
     layout: Option<&'a wgpu::PipelineLayout>,
     buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
     module: &'a wgpu::ShaderModule,
-    topology: wgpu::PrimitiveTopology,
     /// Of vertices and of fragments.
     entry_points: [&'static str; 2],
 }
 
 impl<'a> PipelineKind<'a> {
     fn of(module: &'a wgpu::ShaderModule) -> Self {
-        Self {
-            label: "",
-            layout: None,
-            buffers: &[],
-            module,
-            topology: wgpu::PrimitiveTopology::TriangleList,
-            entry_points: ["vs", "fs"],
-        }
+        Self { label: "", layout: None, buffers: &[], module, entry_points: ["vs", "fs"] }
     }
 }
 
@@ -260,7 +251,7 @@ fn pipeline(
             buffers: kind.buffers,
         },
         primitive: wgpu::PrimitiveState {
-            topology: kind.topology,
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
             ..Default::default()
         },
         depth_stencil: Some(depth_stencil),

@@ -24,15 +24,10 @@ struct Corner {
 // Pixels a side of a tile, see tiles/mod.rs.
 const TILE: u32 = 32u;
 
-// Two triangles.
-const CORNERS = array<vec2<u32>, 6>(
-    vec2(0u, 0u), vec2(1u, 0u), vec2(0u, 1u), vec2(0u, 1u), vec2(1u, 0u), vec2(1u, 1u),
-);
-
 // A corner of a tile, its column in the low half and its row in the high, of a picture of `size`
-// pixels.
-fn corner_of(tile: u32, vertex: u32, size: vec2<f32>) -> Corner {
-    let cell = vec2(tile & 0xffffu, tile >> 16u) + CORNERS[vertex % 6u];
+// pixels; four make a strip.
+fn corner_of(tile: u32, index: u32, size: vec2<f32>) -> Corner {
+    let cell = vec2((tile & 0xffffu) + (index & 1u), (tile >> 16u) + (index >> 1u));
     let ndc = 2.0 * vec2<f32>(cell * TILE) / size - 1.0;
     let p = given;
     var corner: Corner;

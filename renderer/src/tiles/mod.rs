@@ -18,12 +18,6 @@ mod tests;
 /// Pixels a side of a tile; `TILE` in tiles.wgsl and photograph.wgsl.
 pub(crate) const TILE: u32 = 32;
 
-/// Vertices of a tile; `VERTICES` in tiles.wgsl, `CORNERS` in shade/tile.wgsl.
-#[cfg(test)]
-const VERTICES: usize = 6;
-/// Bytes of a tile on a list.
-const TILE_BYTES: u64 = 6 * 4;
-
 pub(crate) const WGSL: &str = include_str!("tiles.wgsl");
 
 pub(crate) mod gpu_data {
@@ -78,7 +72,7 @@ pub(crate) struct Shown<'a> {
 /// The vertex buffer of lists.
 pub(crate) const TILE_ATTRIBUTE: wgpu::VertexBufferLayout<'_> = wgpu::VertexBufferLayout {
     array_stride: 4,
-    step_mode: wgpu::VertexStepMode::Vertex,
+    step_mode: wgpu::VertexStepMode::Instance,
     attributes: &wgpu::vertex_attr_array![0 => Uint32],
 };
 
@@ -99,13 +93,12 @@ pub(crate) struct TileLists {
 }
 
 impl TileLists {
-    /// Draws two triangles over each tile of the photograph `index`, of those that it has to itself or
-    /// of those that it shares with others of its rig; the tile, column in the low half and row
-    /// in the high, is the attribute of vertex buffer 0. Not an instance a tile: software devices
-    /// begin anew with each.
+    /// Draws a strip of four corners over each tile of the photograph `index`, of those that it
+    /// has to itself or of those that it shares with others of its rig; the tile, column
+    /// in the low half and row in the high, is the attribute of vertex buffer 0.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, index: u32, alone: bool) {
         let draw = 2 * u64::from(index) + u64::from(alone);
-        let bytes = u64::from(self.tile_count) * TILE_BYTES;
+        let bytes = u64::from(self.tile_count) * 4;
         pass.set_vertex_buffer(0, self.lists.slice(draw * bytes..(draw + 1) * bytes));
         pass.draw_indirect(&self.draws, draw * size_of::<gpu_data::Draw>() as u64);
     }
@@ -156,8 +149,8 @@ impl TilePass {
             return None;
         }
         let nothing = gpu_data::Draw {
-            vertex_count: 0,
-            instance_count: 1,
+            vertex_count: 4,
+            instance_count: 0,
             first_vertex: 0,
             first_instance: 0,
         };
@@ -193,7 +186,7 @@ impl TilePass {
             bytemuck::cast_slice(&draws),
             Usage::STORAGE | Usage::INDIRECT | Usage::COPY_SRC,
         );
-        let bytes = 2 * u64::from(tile_count) * TILE_BYTES * pyramids.len() as u64;
+        let bytes = u64::from(tile_count) * 8 * pyramids.len() as u64;
         let lists = empty(bytes, Usage::STORAGE | Usage::VERTEX | Usage::COPY_SRC);
         let resources = [
             frame.as_entire_binding(),

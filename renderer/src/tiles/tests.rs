@@ -113,11 +113,9 @@ fn on_device(
             let draw = 2 * index + usize::from(alone);
             let gpu_data::Draw { vertex_count, instance_count, first_vertex, first_instance } =
                 draws[draw];
-            assert_eq!([instance_count, first_vertex, first_instance], [1, 0, 0]);
-            let first = draw * lists.tile_count as usize * VERTICES;
-            for vertices in listed[first..first + vertex_count as usize].chunks(VERTICES) {
-                let word = vertices[0];
-                assert_eq!(vertices, [word; VERTICES], "a tile after the other");
+            assert_eq!([vertex_count, first_vertex, first_instance], [4, 0, 0]);
+            let first = draw * lists.tile_count as usize;
+            for word in &listed[first..first + instance_count as usize] {
                 let tile = &mut tiles[((word >> 16) * columns + (word & 0xffff)) as usize];
                 assert_eq!(tile.replace(alone), None, "listed once");
             }

@@ -24,15 +24,13 @@ struct Pyramid {
 
 // Arguments of an indirect draw.
 struct Draw {
-    vertex_count: atomic<u32>,
-    instance_count: u32,
+    vertex_count: u32,
+    instance_count: atomic<u32>,
     first_vertex: u32,
     first_instance: u32,
 }
 
 const TILE: u32 = 32u;
-// Of a tile's two triangles.
-const VERTICES: u32 = 6u;
 const NOTHING: f32 = 1e30;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -103,10 +101,8 @@ fn list(@builtin(global_invocation_id) id: vec3<u32>) {
         for (; first < end; first++) {
             if meets(first, low, high) {
                 let draw = 2u * first + alone;
-                let at = atomicAdd(&draws[draw].vertex_count, VERTICES);
-                for (var vertex = 0u; vertex < VERTICES; vertex++) {
-                    lists[draw * frame.tile_count * VERTICES + at + vertex] = tile;
-                }
+                let at = atomicAdd(&draws[draw].instance_count, 1u);
+                lists[draw * frame.tile_count + at] = tile;
             }
         }
     }
