@@ -106,7 +106,7 @@ fn held_out_photographs_are_rendered_from_the_others(place: &Place) {
     let ssim = |method: &str| report["mean"][method]["ssim"].as_f64().expect("a number");
     assert!(psnr("hybrid") > psnr("nearest") + 3.0 && ssim("hybrid") > ssim("nearest") + 0.1);
     assert!(ssim("hybrid") > ssim("mesh") && ssim("hybrid") > ssim("points"));
-    assert!(psnr("hybrid") > psnr("mesh"));
+    assert!(psnr("hybrid") > psnr("mesh") && psnr("hybrid") > psnr("points") - 0.15);
     assert!(psnr("hybrid") > psnr("hybrid-without-depth-test"));
     // All are 8.1 to 8.3 m away.
     let bins = report["bins"].as_array().expect("a list");
