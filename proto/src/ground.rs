@@ -1,10 +1,34 @@
 //! Tiles of terrain.
 
-use flaneur_scene::GroundTile;
+use flaneur_scene::{GroundLayout, GroundTile};
 
 use crate::error::{FieldError, not_negative, positive};
 use crate::geometry::point2;
 use crate::v1;
+
+impl From<GroundLayout> for v1::GroundLayout {
+    fn from(layout: GroundLayout) -> Self {
+        Self {
+            origin: Some(layout.origin.into()),
+            tile_m: layout.tile_m,
+            columns: layout.columns,
+            rows: layout.rows,
+        }
+    }
+}
+
+impl TryFrom<v1::GroundLayout> for GroundLayout {
+    type Error = FieldError;
+
+    fn try_from(message: v1::GroundLayout) -> Result<Self, FieldError> {
+        Ok(Self {
+            origin: point2("origin", message.origin)?,
+            tile_m: positive("tile_m", message.tile_m)?,
+            columns: message.columns,
+            rows: message.rows,
+        })
+    }
+}
 
 impl From<GroundTile> for v1::GroundTile {
     fn from(tile: GroundTile) -> Self {

@@ -1,6 +1,6 @@
 //! Scenes at a glance.
 
-use flaneur_scene::{Bounds3, OctreeCube, PointSource, SceneInfo, Station};
+use flaneur_scene::{Bounds3, GroundLayout, OctreeCube, PointSource, SceneInfo, Station};
 
 use crate::error::{FieldError, finite, name, positive, required};
 use crate::geometry::point3;
@@ -27,7 +27,7 @@ impl From<SceneInfo> for v1::Scene {
             footprint_count: info.footprints,
             panorama_count: info.panoramas,
             image_count: info.images,
-            has_ground: info.has_ground,
+            ground: info.ground.map(v1::GroundLayout::from),
             point_sources: info.point_sources.into_iter().map(v1::PointSource::from).collect(),
         }
     }
@@ -56,7 +56,11 @@ impl TryFrom<v1::Scene> for SceneInfo {
             footprints: message.footprint_count,
             panoramas: message.panorama_count,
             images: message.image_count,
-            has_ground: message.has_ground,
+            ground: message
+                .ground
+                .map(GroundLayout::try_from)
+                .transpose()
+                .map_err(|e: FieldError| e.within("ground"))?,
             point_sources: message
                 .point_sources
                 .into_iter()
@@ -187,7 +191,7 @@ fn geographic(p: v1::GeographicPosition) -> Result<[f64; 3], FieldError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
+    use glam::{DVec2, DVec3};
     use proptest::prelude::*;
 
     fn station(time_s: f64, x: f64) -> Station {
@@ -210,6 +214,11 @@ mod tests {
         }
     }
 
+    fn layout() -> GroundLayout {
+        let origin = DVec2::new(651_000.0, 6.86e6);
+        GroundLayout { origin, tile_m: 64.0, columns: 7, rows: 1 }
+    }
+
     fn scene() -> SceneInfo {
         SceneInfo {
             name: "paris".into(),
@@ -220,7 +229,7 @@ mod tests {
             footprints: 540,
             panoramas: 44,
             images: 220,
-            has_ground: true,
+            ground: Some(layout()),
             point_sources: vec![example_source(), example_source()],
         }
     }
@@ -234,6 +243,8 @@ mod tests {
         };
         assert_eq!(field(|m| m.name = "../etc".into()), "name");
         assert_eq!(field(|m| m.bounds = None), "bounds");
+        let side = |m: &mut v1::Scene| m.ground.as_mut().expect("there").tile_m = 0.0;
+        assert_eq!(field(side), "ground.tile_m");
         assert_eq!(field(|m| m.origin.as_mut().expect("there").z = f64::NAN), "origin.z");
         let latitude = |m: &mut v1::Scene| {
             m.geographic_origin.as_mut().expect("there").latitude_deg = 91.0;
@@ -275,7 +286,7 @@ mod tests {
             let source = PointSource { bounds, laszip_vlr: vlr, ..example_source() };
             let info = SceneInfo {
                 footprints: counts[0], panoramas: counts[1], images: counts[2],
-                bounds, has_ground,
+                bounds, ground: has_ground.then(layout),
                 geographic_origin: placed.then_some([-33.0, 151.0, 0.0]),
                 point_sources: vec![source; sources],
                 ..scene()

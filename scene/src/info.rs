@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds3, OctreeCube, Station};
+use crate::{Bounds3, GroundLayout, OctreeCube, Station};
 
 /// A scene at a glance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,8 +24,8 @@ pub struct SceneInfo {
     pub panoramas: u64,
     /// Number of photographs (cameras of panoramas).
     pub images: u64,
-    /// Whether there is terrain.
-    pub has_ground: bool,
+    /// The terrain's tiles, where there is terrain.
+    pub ground: Option<GroundLayout>,
     /// Its point sources.
     pub point_sources: Vec<PointSource>,
 }

@@ -38,7 +38,7 @@ pub use cube::{CUBE_FACES, CubeFace};
 pub use distortion::Distortion;
 pub use extrude::{extrude_footprints, triangulate_ground};
 pub use footprint::{Footprint, Polygon};
-pub use ground::GroundTile;
+pub use ground::{GroundLayout, GroundTile};
 pub use ids::{IdError, ImageId};
 pub use info::{PointSource, SceneInfo};
 pub use mesh::{MeshTile, MeshVertex, SurfaceClass, TileKey, TileLayer};

@@ -134,7 +134,7 @@ impl Report {
             origin: scene.origin.to_array(),
             bounds: Box3::from(scene.bounds),
             footprints: scene.footprints,
-            has_ground: scene.has_ground,
+            has_ground: scene.ground.is_some(),
             panoramas: scene.panoramas,
             images: scene.images,
             first_time,

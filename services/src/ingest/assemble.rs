@@ -85,7 +85,7 @@ pub(super) fn assemble(
         footprints: built.footprints.as_ref().map_or(0, |staged| staged.count),
         panoramas: staged_panoramas.map_or(0, |staged| staged.panoramas),
         images: staged_panoramas.map_or(0, |staged| staged.images),
-        has_ground: built.ground.is_some(),
+        ground: built.ground.as_ref().map(|staged| staged.layout),
         point_sources: built.points.iter().map(|staged| staged.source.clone()).collect(),
     };
     let manifest = Manifest {

@@ -8,7 +8,7 @@
 mod read;
 mod write;
 
-use flaneur_scene::Bounds3;
+use flaneur_scene::{Bounds3, GroundLayout};
 use glam::{DVec2, DVec3};
 
 pub use read::{GroundCursor, load, open};
@@ -70,6 +70,16 @@ impl GroundGrid {
             sw + v * (nw - sw) + u * (ne - nw)
         };
         height.is_finite().then_some(height)
+    }
+
+    /// How it is cut into tiles.
+    pub fn layout(&self) -> GroundLayout {
+        GroundLayout {
+            origin: self.origin,
+            tile_m: f64::from(CELLS) * self.spacing_m,
+            columns: self.columns.saturating_sub(1).div_ceil(CELLS),
+            rows: self.rows.saturating_sub(1).div_ceil(CELLS),
+        }
     }
 
     /// The box around the known heights; empty where there are none.

@@ -78,7 +78,7 @@ pub struct PointsLayer {
 
 impl Manifest {
     /// The version of the manifest's format that this program writes and reads.
-    pub const FORMAT: u32 = 1;
+    pub const FORMAT: u32 = 2;
 
     /// Name of the manifest below the scene's prefix.
     pub const PATH: &'static str = "scene.json";

@@ -22,7 +22,7 @@ pub(crate) fn manifest(name: &str) -> Manifest {
             footprints: 0,
             panoramas: 0,
             images: 0,
-            has_ground: false,
+            ground: None,
             point_sources: vec![],
         },
         fingerprint: String::new(),

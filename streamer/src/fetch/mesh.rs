@@ -19,7 +19,7 @@ impl Fetch {
     /// Emits the tiles that the receiver lacks, terrain first; gives all that are wanted.
     pub(super) async fn mesh(&self, outlet: &Outlet<'_>) -> Result<BTreeSet<TileKey>, StreamError> {
         let mut wanted = BTreeSet::new();
-        if self.scene.has_ground {
+        if self.scene.ground.is_some() {
             wanted.append(&mut self.ground(outlet).await?);
         }
         if self.scene.footprints > 0 {

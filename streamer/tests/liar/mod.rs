@@ -132,7 +132,7 @@ impl SceneService for Liar {
             footprints: 0,
             panoramas: 1,
             images: 1,
-            has_ground: false,
+            ground: None,
             point_sources: Vec::new(),
         };
         let mut scene = v1::Scene::from(info);

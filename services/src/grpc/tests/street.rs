@@ -109,8 +109,9 @@ async fn publish(store: &Store) {
     let mut manifest = crate::store::tests::manifest(SCENE);
     manifest.scene.footprints = 20;
     manifest.footprints = Some(FootprintsLayer { file: put_footprints(&folder, &work).await });
-    manifest.scene.has_ground = true;
-    manifest.ground = Some(GroundLayer { file: put_ground(&folder, &work).await });
+    let grid = grid();
+    manifest.scene.ground = Some(grid.layout());
+    manifest.ground = Some(GroundLayer { file: put_ground(&folder, &work, &grid).await });
     manifest.scene.panoramas = 40;
     manifest.scene.images = 80;
     manifest.panoramas = Some(PanoramasLayer { file: put_panoramas(&folder, &work).await });
@@ -133,18 +134,21 @@ async fn put_footprints(folder: &SceneFolder, work: &TempDir) -> FileEntry {
     put(folder, work, "footprints.1.fgb", &std::fs::read(file).expect("written")).await
 }
 
-async fn put_ground(folder: &SceneFolder, work: &TempDir) -> FileEntry {
+fn grid() -> GroundGrid {
     let (columns, rows) = (200, 70);
-    let grid = GroundGrid {
+    GroundGrid {
         origin: DVec2::new(0.0, -20.0),
         spacing_m: 1.0,
         columns,
         rows,
         heights: (0..columns * rows).map(|i| 30.0 + (i % 7) as f32).collect(),
         uncertainty_m: 0.1,
-    };
+    }
+}
+
+async fn put_ground(folder: &SceneFolder, work: &TempDir, grid: &GroundGrid) -> FileEntry {
     let file = work.path().join("ground.tif");
-    ground::write(&file, &grid, &Crs::parse("local", None).expect("local")).expect("room");
+    ground::write(&file, grid, &Crs::parse("local", None).expect("local")).expect("room");
     put(folder, work, "ground.1.tif", &std::fs::read(file).expect("written")).await
 }
 

@@ -12,7 +12,7 @@ mod tin;
 
 use std::path::{Path, PathBuf};
 
-use flaneur_scene::{Bounds2, Bounds3};
+use flaneur_scene::{Bounds2, Bounds3, GroundLayout};
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -40,6 +40,8 @@ const MOST_VERTICES: usize = 500_000;
 pub struct StagedGround {
     /// The GeoTIFF.
     pub file: PathBuf,
+    /// Its tiles.
+    pub layout: GroundLayout,
     /// The box around the known heights.
     pub bounds: Bounds3,
     /// Distance between nodes, metres.
@@ -83,8 +85,9 @@ pub fn ingest_ground(
     let bounds = grid.bounds();
     let file = job.work.join("ground.tif");
     write(&file, &grid, crs).map_err(|error| IngestError::io("write", &file, error))?;
+    let layout = grid.layout();
     let (spacing_m, uncertainty_m) = (grid.spacing_m, grid.uncertainty_m);
-    Ok(Some(StagedGround { file, bounds, spacing_m, uncertainty_m }))
+    Ok(Some(StagedGround { file, layout, bounds, spacing_m, uncertainty_m }))
 }
 
 impl Ground {
