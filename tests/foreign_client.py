@@ -6,6 +6,7 @@ Ends with a traceback at the first thing that is not as it should be.
 
 import pathlib
 import sys
+import zlib
 
 import grpc
 import laspy
@@ -121,7 +122,7 @@ def images(client, scene, panorama):
     camera = panorama.cameras[0]
     keys = [
         {"panorama": panorama.id, "camera": camera.id, "level": level}
-        for level in reversed(range(camera.levels))
+        for level in reversed(range(len(camera.levels)))
     ]
     parts = client.call("PanoramaService", "StreamImages", scene=scene.name, images=keys)
     sizes = []
@@ -130,6 +131,8 @@ def images(client, scene, panorama):
         data = b"".join(p.data for p in ours)
         assert [p.offset for p in ours] == list(np.cumsum([0] + [len(p.data) for p in ours[:-1]]))
         assert len(data) == ours[0].total_bytes
+        announced = camera.levels[key["level"]]
+        assert (len(data), zlib.crc32(data)) == (announced.byte_size, announced.crc32)
         assert ours[0].media_type == "image/jpeg"
         assert data[:3] == b"\xff\xd8\xff" and data[-2:] == b"\xff\xd9", "a whole JPEG"
         sizes.append(len(data))
@@ -162,6 +165,7 @@ def decode_all(client, scene, source, survey):
                 assert parts[at].key == node.key and parts[at].offset == len(data)
                 data += parts[at].data
                 at += 1
+            assert zlib.crc32(data) == node.crc32
             raw = np.zeros(node.point_count * source.record_length, np.uint8)
             lazrs.decompress_points_with_chunk_table(
                 data, source.laszip_vlr, raw, [(node.point_count, len(data))]

@@ -1,6 +1,8 @@
 //! Panoramas, their cameras, and the names of their images.
 
-use flaneur_scene::{Distortion, ImageId, Intrinsics, Lens, Panorama, Projection, RigCamera};
+use flaneur_scene::{
+    Distortion, ImageId, Intrinsics, Lens, Mask, Panorama, Projection, RigCamera, StoredImage,
+};
 use glam::UVec2;
 
 use crate::error::{FieldError, finite, finite_array, name, not_negative, positive, required};
@@ -13,7 +15,7 @@ use v1::pinhole::Distortion as WireDistortion;
 const MAX_SIDE: u32 = 65_535;
 
 /// Most levels of an image: the halvings that bring [`MAX_SIDE`] to one pixel, and the original.
-const MAX_LEVELS: u32 = 17;
+const MAX_LEVELS: usize = 17;
 
 /// Most cameras of a rig.
 const MAX_CAMERAS: usize = 256;
@@ -81,8 +83,8 @@ impl From<RigCamera> for v1::Camera {
             width: size.x,
             height: size.y,
             projection: Some(projection),
-            levels: camera.levels,
-            mask: camera.mask.unwrap_or_default(),
+            levels: camera.levels.into_iter().map(v1::StoredImage::from).collect(),
+            mask: camera.mask.map(v1::Mask::from),
             version: camera.version,
         }
     }
@@ -99,21 +101,60 @@ impl TryFrom<v1::Camera> for RigCamera {
             }
             WireProjection::Equirectangular(_) => Projection::Equirectangular { size },
         };
-        if !(1..=MAX_LEVELS).contains(&message.levels) {
-            return Err(FieldError::new(
-                "levels",
-                format!("is {}, must be 1 to {MAX_LEVELS}", message.levels),
-            ));
+        let count = message.levels.len();
+        if !(1..=MAX_LEVELS).contains(&count) {
+            let problem = format!("holds {count} levels, must hold 1 to {MAX_LEVELS}");
+            return Err(FieldError::new("levels", problem));
         }
-        let mask = Some(message.mask).filter(|mask| !mask.is_empty());
+        let level = |(index, level)| {
+            StoredImage::try_from(level)
+                .map_err(|e: FieldError| e.within(format_args!("levels[{index}]")))
+        };
+        let levels = message.levels.into_iter().enumerate().map(level);
+        let mask = message.mask.map(|mask| Mask::try_from(mask).map_err(|e| e.within("mask")));
         Ok(Self {
             id: name("id", message.id)?,
             position_in_rig: point3("position_in_rig", message.position_in_rig)?,
             cam_from_rig: rotation("cam_from_rig", message.cam_from_rig)?,
             projection,
-            levels: message.levels,
-            mask: mask.map(|mask| name("mask", mask)).transpose()?,
+            levels: levels.collect::<Result<_, FieldError>>()?,
+            mask: mask.transpose()?,
             version: name("version", message.version)?,
+        })
+    }
+}
+
+impl From<StoredImage> for v1::StoredImage {
+    fn from(image: StoredImage) -> Self {
+        Self { byte_size: image.bytes, crc32: image.crc32 }
+    }
+}
+
+impl TryFrom<v1::StoredImage> for StoredImage {
+    type Error = FieldError;
+
+    fn try_from(message: v1::StoredImage) -> Result<Self, FieldError> {
+        if message.byte_size == 0 {
+            return Err(FieldError::new("byte_size", "is 0, but no image is empty"));
+        }
+        Ok(Self { bytes: message.byte_size, crc32: message.crc32 })
+    }
+}
+
+impl From<Mask> for v1::Mask {
+    fn from(mask: Mask) -> Self {
+        Self { name: mask.name, image: Some(mask.image.into()) }
+    }
+}
+
+impl TryFrom<v1::Mask> for Mask {
+    type Error = FieldError;
+
+    fn try_from(message: v1::Mask) -> Result<Self, FieldError> {
+        let image = required("image", message.image)?;
+        Ok(Self {
+            name: name("name", message.name)?,
+            image: image.try_into().map_err(|e: FieldError| e.within("image"))?,
         })
     }
 }
@@ -226,7 +267,7 @@ mod tests {
             position_in_rig: DVec3::new(0.1, 0.2, -0.3),
             cam_from_rig: DMat3::from_rotation_x(0.7),
             projection,
-            levels: 5,
+            levels: vec![StoredImage { bytes: 7, crc32: u32::MAX }; 5],
             mask: None,
             version: "9c1f".into(),
         }
@@ -272,11 +313,24 @@ mod tests {
         assert_eq!(field(|m| m.cameras.clear()), "cameras");
         assert_eq!(field(|m| m.cameras = vec![m.cameras[0].clone(); 257]), "cameras");
         assert_eq!(field(|m| m.cameras[1].id = "300".into()), "cameras[1].id");
-        assert_eq!(field(|m| m.cameras[1].mask = "..".into()), "cameras[1].mask");
+        fn mask(name: &str, byte_size: u64) -> Option<v1::Mask> {
+            let image = Some(v1::StoredImage { byte_size, crc32: 0 });
+            Some(v1::Mask { name: name.into(), image })
+        }
+        assert_eq!(field(|m| m.cameras[1].mask = mask("..", 1)), "cameras[1].mask.name");
+        assert_eq!(field(|m| m.cameras[1].mask = mask("a", 0)), "cameras[1].mask.image.byte_size");
+        let unstated = |m: &mut v1::Panorama| {
+            m.cameras[1].mask = Some(v1::Mask { name: "a".into(), image: None });
+        };
+        assert_eq!(field(unstated), "cameras[1].mask.image");
         assert_eq!(field(|m| m.cameras[1].version.clear()), "cameras[1].version");
         assert_eq!(field(|m| m.cameras[0].width = 0), "cameras[0].width");
         assert_eq!(field(|m| m.cameras[0].height = 1 << 16), "cameras[0].height");
-        assert_eq!(field(|m| m.cameras[0].levels = 18), "cameras[0].levels");
+        assert_eq!(field(|m| m.cameras[0].levels.clear()), "cameras[0].levels");
+        let many = |m: &mut v1::Panorama| m.cameras[0].levels = vec![m.cameras[0].levels[0]; 18];
+        assert_eq!(field(many), "cameras[0].levels");
+        let empty = |m: &mut v1::Panorama| m.cameras[0].levels[3].byte_size = 0;
+        assert_eq!(field(empty), "cameras[0].levels[3].byte_size");
         assert_eq!(field(|m| m.cameras[0].projection = None), "cameras[0].projection");
         assert_eq!(field(|m| m.world_from_rig = None), "world_from_rig");
         assert_eq!(
@@ -337,11 +391,14 @@ mod tests {
         fn panoramas_come_back(
             projections in prop::collection::vec(any_projection(), 1..5),
             mask in prop::option::of("[a-z0-9]{1,8}"), time in prop::option::of("[0-9]{4}"),
-            levels in 1..=MAX_LEVELS,
+            levels in prop::collection::vec((1..=u64::MAX, any::<u32>()), 1..=MAX_LEVELS),
         ) {
+            let levels: Vec<StoredImage> =
+                levels.into_iter().map(|(bytes, crc32)| StoredImage { bytes, crc32 }).collect();
+            let mask = mask.map(|name| Mask { name, image: levels[0] });
             let cameras = projections.into_iter().enumerate().map(|(index, projection)| {
                 let base = camera(&format!("c{index}"), projection);
-                RigCamera { mask: mask.clone(), levels, ..base }
+                RigCamera { mask: mask.clone(), levels: levels.clone(), ..base }
             });
             let sent = Panorama { time, ..panorama(cameras.collect()) };
             prop_assert_eq!(Panorama::try_from(v1::Panorama::from(sent.clone())), Ok(sent));

@@ -40,6 +40,7 @@ impl From<Node> for v1::HierarchyEntry {
             point_count: node.point_count,
             byte_size: node.byte_size,
             is_page: false,
+            crc32: node.crc32,
         }
     }
 }
@@ -56,7 +57,8 @@ impl TryFrom<v1::HierarchyEntry> for Node {
                 format!("is {} for {} points", entry.byte_size, entry.point_count),
             ));
         }
-        Ok(Self { key, point_count: entry.point_count, byte_size: entry.byte_size })
+        let v1::HierarchyEntry { point_count, byte_size, crc32, .. } = entry;
+        Ok(Self { key, point_count, byte_size, crc32 })
     }
 }
 
@@ -83,6 +85,7 @@ mod tests {
             point_count,
             byte_size,
             is_page: false,
+            crc32: 0,
         };
         assert!(Node::try_from(entry(0, 0)).is_ok() && Node::try_from(entry(5, 70)).is_ok());
         assert_eq!(Node::try_from(entry(5, 0)).expect_err("no bytes").field, "byte_size");

@@ -13,7 +13,7 @@ macro_rules! regional_request {
             /// The request for what lies in `region` of a scene.
             pub fn new(scene: impl Into<String>, region: Region) -> Self {
                 let (bbox, centre, radius_m) = fields(region);
-                Self { scene: scene.into(), bbox, centre, radius_m }
+                Self { scene: scene.into(), bbox, centre, radius_m, ..Self::default() }
             }
 
             /// The region asked for: everything where neither bbox nor centre is given.

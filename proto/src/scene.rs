@@ -29,6 +29,7 @@ impl From<SceneInfo> for v1::Scene {
             image_count: info.images,
             ground: info.ground.map(v1::GroundLayout::from),
             point_sources: info.point_sources.into_iter().map(v1::PointSource::from).collect(),
+            version: info.version,
         }
     }
 }
@@ -53,6 +54,7 @@ impl TryFrom<v1::Scene> for SceneInfo {
             geographic_origin: message.geographic_origin.map(geographic).transpose()?,
             origin: point3("origin", message.origin)?,
             bounds: bounds(message.bounds)?,
+            version: name("version", message.version)?,
             footprints: message.footprint_count,
             panoramas: message.panorama_count,
             images: message.image_count,
@@ -231,6 +233,7 @@ mod tests {
             images: 220,
             ground: Some(layout()),
             point_sources: vec![example_source(), example_source()],
+            version: "6b1f".into(),
         }
     }
 
@@ -245,6 +248,7 @@ mod tests {
         assert_eq!(field(|m| m.bounds = None), "bounds");
         let side = |m: &mut v1::Scene| m.ground.as_mut().expect("there").tile_m = 0.0;
         assert_eq!(field(side), "ground.tile_m");
+        assert_eq!(field(|m| m.version.clear()), "version");
         assert_eq!(field(|m| m.origin.as_mut().expect("there").z = f64::NAN), "origin.z");
         let latitude = |m: &mut v1::Scene| {
             m.geographic_origin.as_mut().expect("there").latitude_deg = 91.0;

@@ -28,6 +28,8 @@ pub struct SceneInfo {
     pub ground: Option<GroundLayout>,
     /// Its point sources.
     pub point_sources: Vec<PointSource>,
+    /// Changes with anything that the scene consists of, its name apart.
+    pub version: String,
 }
 
 /// One octree of points, with what it takes to decode a node's LAZ bytes alone.

@@ -44,7 +44,7 @@ pub use info::{PointSource, SceneInfo};
 pub use mesh::{MeshTile, MeshVertex, SurfaceClass, TileKey, TileLayer};
 pub use octree::{Node, NodeKey, OctreeCube};
 pub use orientation::{heading_pitch_roll, world_from_rig};
-pub use panorama::{Panorama, Projection, RigCamera};
+pub use panorama::{Mask, Panorama, Projection, RigCamera, StoredImage};
 pub use points::{PointChunk, PointNodeId};
 pub use srgb::{linear_from_srgb, srgb_from_linear};
 pub use stations::{PointStations, Station};

@@ -27,6 +27,8 @@ pub struct Node {
     pub point_count: u32,
     /// Bytes of its compressed chunk.
     pub byte_size: u32,
+    /// CRC-32 of its compressed chunk; 0 where it has none.
+    pub crc32: u32,
 }
 
 /// The cube that the root fills.

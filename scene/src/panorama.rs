@@ -33,12 +33,31 @@ pub struct RigCamera {
     pub cam_from_rig: DMat3,
     /// How directions become pixels of level 0.
     pub projection: Projection,
-    /// Number of stored levels: 0 is the original, each further one half the size.
-    pub levels: u32,
-    /// Name of the mask that says which pixels are scene, where there is one.
-    pub mask: Option<String>,
+    /// The stored file of each level: the first is the original, each further one half the
+    /// size in pixels. Never empty.
+    pub levels: Vec<StoredImage>,
+    /// The mask that says which pixels are scene, where there is one.
+    pub mask: Option<Mask>,
     /// Version of the stored image: part of its path, changes with its bytes.
     pub version: String,
+}
+
+/// A stored image file, as it is known before it is fetched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct StoredImage {
+    /// Bytes of the file, > 0.
+    pub bytes: u64,
+    /// CRC-32 of the file.
+    pub crc32: u32,
+}
+
+/// A mask of the pixels that show the scene; cameras of several panoramas may share one.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Mask {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Its file.
+    pub image: StoredImage,
 }
 
 /// How directions become pixels.
@@ -52,6 +71,13 @@ pub enum Projection {
         /// Size of level 0 in pixels.
         size: UVec2,
     },
+}
+
+impl RigCamera {
+    /// Number of stored levels.
+    pub fn level_count(&self) -> u32 {
+        u32::try_from(self.levels.len()).unwrap_or(u32::MAX)
+    }
 }
 
 impl Projection {
@@ -123,7 +149,7 @@ mod tests {
                 position_in_rig: DVec3::new(0.1, -0.2, 0.9),
                 cam_from_rig: DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
                 projection,
-                levels: 5,
+                levels: vec![StoredImage { bytes: 100, crc32: 0 }; 5],
                 mask: None,
                 version: "0".into(),
             }],

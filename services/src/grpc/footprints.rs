@@ -31,7 +31,8 @@ impl v1::footprint_service_server::FootprintService for Services {
         let (store, path, size) = super::object(&scene, &layer.file)?;
         let cursor = footprints::open(store, path, size, region).await;
         let cursor = cursor.map_err(|e| status::of_layer(LAYER, &e))?;
-        let batches = stream::try_unfold(Batches { cursor, kept: None }, Batches::next);
+        let batches = Batches { cursor, kept: None, geometry_only: request.geometry_only };
+        let batches = stream::try_unfold(batches, Batches::next);
         Ok(Response::new(batches.boxed()))
     }
 }
@@ -41,6 +42,8 @@ struct Batches {
     cursor: FootprintCursor,
     /// Read already, for the next batch.
     kept: Option<v1::Footprint>,
+    /// Attributes stay behind.
+    geometry_only: bool,
 }
 
 impl Batches {
@@ -72,6 +75,12 @@ impl Batches {
 
     async fn read(&mut self) -> Result<Option<v1::Footprint>, Status> {
         let footprint = self.cursor.next().await.map_err(|e| status::of_layer(LAYER, &e))?;
-        Ok(footprint.map(v1::Footprint::from))
+        Ok(footprint.map(|footprint| {
+            let mut message = v1::Footprint::from(footprint);
+            if self.geometry_only {
+                message.attributes_json.clear();
+            }
+            message
+        }))
     }
 }

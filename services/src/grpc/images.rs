@@ -86,10 +86,10 @@ impl ImageIndex {
                 .cameras
                 .into_iter()
                 .map(|camera| IndexedCamera {
+                    levels: camera.level_count(),
                     id: camera.id.into(),
                     version: camera.version.into(),
-                    mask: camera.mask.map(Into::into),
-                    levels: camera.levels,
+                    mask: camera.mask.map(|mask| mask.name.into()),
                 })
                 .collect();
             bytes +=

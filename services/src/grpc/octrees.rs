@@ -100,7 +100,8 @@ impl Octree {
         loop {
             let page = self.page(address).await?;
             if let Some(PageEntry {
-                item: PageItem::Node { offset, byte_size, point_count }, ..
+                item: PageItem::Node { offset, byte_size, point_count, .. },
+                ..
             }) = page.entry(key)
                 && *point_count > 0
             {

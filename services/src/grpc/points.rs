@@ -13,7 +13,7 @@ use super::{MessageStream, Services, status};
 use crate::layers::copc::{Page, PageAddress, PageEntry, PageItem};
 use crate::store::{PointsLayer, Scene};
 
-/// Entries of a message, each of at most 36 bytes: a page with more comes in several.
+/// Entries of a message, each of at most 41 bytes: a page with more comes in several.
 const MESSAGE_ENTRIES: usize = 16_384;
 
 #[tonic::async_trait]
@@ -141,11 +141,13 @@ fn in_scene(scene: &Scene) -> String {
 
 fn messages(source: &str, page: &Page) -> Vec<v1::HierarchyPage> {
     let entry = |entry: &PageEntry| {
-        let (point_count, byte_size, is_page) = match entry.item {
-            PageItem::Node { point_count, byte_size, .. } => (point_count, byte_size, false),
-            PageItem::Page(_) => (0, 0, true),
-        };
-        v1::HierarchyEntry { key: Some(entry.key.into()), point_count, byte_size, is_page }
+        let key = Some(entry.key.into());
+        match entry.item {
+            PageItem::Node { point_count, byte_size, crc32, .. } => {
+                v1::HierarchyEntry { key, point_count, byte_size, crc32, is_page: false }
+            }
+            PageItem::Page(_) => v1::HierarchyEntry { key, is_page: true, ..Default::default() },
+        }
     };
     page.entries
         .chunks(MESSAGE_ENTRIES)

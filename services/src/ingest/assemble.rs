@@ -87,6 +87,8 @@ pub(super) fn assemble(
         images: staged_panoramas.map_or(0, |staged| staged.images),
         ground: built.ground.as_ref().map(|staged| staged.layout),
         point_sources: built.points.iter().map(|staged| staged.source.clone()).collect(),
+        // Follows from all the rest, so it is made when the manifest is read.
+        version: String::new(),
     };
     let manifest = Manifest {
         format: Manifest::FORMAT,

@@ -202,10 +202,10 @@ impl Destination {
         let mut cursor = opened.map_err(|error| error.to_string())?;
         while let Some(panorama) = cursor.next().await.map_err(|error| error.to_string())? {
             for camera in &panorama.cameras {
-                objects.extend((0..camera.levels).map(|level| {
+                objects.extend((0..camera.level_count()).map(|level| {
                     panoramas::image_path(&panorama.id, &camera.id, &camera.version, level)
                 }));
-                objects.extend(camera.mask.iter().map(|mask| panoramas::mask_path(mask)));
+                objects.extend(camera.mask.iter().map(|mask| panoramas::mask_path(&mask.name)));
             }
         }
         Ok(())

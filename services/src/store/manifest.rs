@@ -78,7 +78,7 @@ pub struct PointsLayer {
 
 impl Manifest {
     /// The version of the manifest's format that this program writes and reads.
-    pub const FORMAT: u32 = 2;
+    pub const FORMAT: u32 = 3;
 
     /// Name of the manifest below the scene's prefix.
     pub const PATH: &'static str = "scene.json";
@@ -92,13 +92,14 @@ impl Manifest {
         let format: Format = serde_json::from_slice(bytes).map_err(|e| bad(e.to_string()))?;
         if format.format != Self::FORMAT {
             return Err(bad(format!(
-                "it has format {}, this program reads {}",
+                "it has format {}, this program reads {}; ingest the survey again",
                 format.format,
                 Self::FORMAT
             )));
         }
         let mut manifest: Self = serde_json::from_slice(bytes).map_err(|e| bad(e.to_string()))?;
         scene.clone_into(&mut manifest.scene.name);
+        manifest.scene.version = manifest.version();
         let info = v1::Scene::from(manifest.scene.clone());
         SceneInfo::try_from(info).map_err(|e: FieldError| bad(e.to_string()))?;
         let sources = manifest.scene.point_sources.iter().map(|source| &source.name);
@@ -112,7 +113,21 @@ impl Manifest {
         }
         Ok(manifest)
     }
+
+    /// A name for what the scene consists of: every object is either named here with its
+    /// content's hash, or listed with its checksum in one that is.
+    fn version(&self) -> String {
+        let scene = SceneInfo { name: String::new(), version: String::new(), ..self.scene.clone() };
+        let content = (&scene, &self.footprints, &self.ground, &self.panoramas, &self.points);
+        let mut hasher = blake3::Hasher::new();
+        // Written to a hasher, nothing of this can fail.
+        let _ = serde_json::to_writer(&mut hasher, &content);
+        hasher.finalize().to_hex()[..VERSION_DIGITS].to_owned()
+    }
 }
+
+/// Hexadecimal digits of a scene's version.
+const VERSION_DIGITS: usize = 32;
 
 /// What every version of the manifest begins with.
 #[derive(Deserialize)]

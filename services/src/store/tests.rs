@@ -24,6 +24,7 @@ pub(crate) fn manifest(name: &str) -> Manifest {
             images: 0,
             ground: None,
             point_sources: vec![],
+            version: String::new(),
         },
         fingerprint: String::new(),
         footprints: None,
@@ -71,6 +72,48 @@ async fn s3_refuses_wrong_credentials_with_a_remedy() {
     let store = Store::open_with("s3://bucket", settings).expect("opens");
     let error = store.scenes().await.expect_err("refused").to_string();
     assert!(error.contains("permission") || error.contains("credentials"), "{error}");
+}
+
+#[test]
+fn a_version_changes_with_the_content_but_not_with_the_name() {
+    let version = |name: &str, change: fn(&mut Manifest)| {
+        let mut manifest = manifest("street");
+        change(&mut manifest);
+        let text = serde_json::to_vec(&manifest).expect("memory");
+        Manifest::parse(name, &text).expect("sound").scene.version
+    };
+    let first = version("street", |_| ());
+    assert_eq!(first, version("copied", |_| ()));
+    assert_eq!(first, version("street", |m| m.scene.version = "what it was before".into()));
+    let ground = |m: &mut Manifest, blake3: &str| {
+        let file = FileEntry { path: "ground.tif".into(), bytes: 9, blake3: blake3.into() };
+        m.ground = Some(GroundLayer { file });
+    };
+    let changed: [fn(&mut Manifest); 4] = [
+        |m| m.scene.origin.x = 1.0,
+        |m| m.scene.images = 1,
+        |m| m.scene.geographic_origin = Some([1.0, 2.0, 3.0]),
+        |m| m.scene.crs = "EPSG:2154".into(),
+    ];
+    let mut versions: Vec<String> =
+        changed.into_iter().map(|change| version("street", change)).collect();
+    for blake3 in ["a", "b"] {
+        let mut manifest = manifest("street");
+        ground(&mut manifest, blake3);
+        let text = serde_json::to_vec(&manifest).expect("memory");
+        versions.push(Manifest::parse("street", &text).expect("sound").scene.version);
+    }
+    versions.push(first);
+    versions.sort();
+    versions.dedup();
+    assert_eq!(versions.len(), 7);
+}
+
+#[test]
+fn a_manifest_of_another_format_says_what_to_do() {
+    let text = br#"{"format": 1, "scene": "of another shape"}"#;
+    let error = Manifest::parse("street", text).expect_err("old").to_string();
+    assert!(error.contains("format 1") && error.contains("ingest the survey again"), "{error}");
 }
 
 /// What every store must do. The store is empty at first.
@@ -195,7 +238,7 @@ async fn the_same_scene_in_two_stores_names_both() {
 #[tokio::test]
 async fn a_damaged_manifest_hides_no_other_scene() {
     let store = Store::open_with("memory:///", []).expect("memory");
-    for (name, text) in [("a", "{\"format\": 99}"), ("b", "no json"), ("c", "{\"format\": 1}")] {
+    for (name, text) in [("a", "{\"format\": 99}"), ("b", "no json"), ("c", "{\"format\": 3}")] {
         let path = store.scene_folder(name).expect("valid").path(Manifest::PATH).expect("valid");
         let text = text.to_owned().into_bytes();
         object_store::ObjectStoreExt::put(&store.store, &path, text.into()).await.expect("memory");

@@ -45,7 +45,7 @@ impl Hierarchy {
             return Err(FieldError::new("entries", problem));
         }
         // A page without its own root is an empty one, and must not be asked for again.
-        let empty = Node { key: page.key, point_count: 0, byte_size: 0 };
+        let empty = Node { key: page.key, point_count: 0, byte_size: 0, crc32: 0 };
         self.entries.insert(page, HierarchyEntry::Node(empty));
         for (index, entry) in entries.into_iter().enumerate() {
             let (key, is_page) = match entry {

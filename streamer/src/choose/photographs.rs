@@ -94,7 +94,7 @@ pub(crate) fn choose_photographs(
         wanted.extend(images);
     }
     let finest = |image: &WantedImage, bias: u32| {
-        (image.level + bias).min(image.rig_camera().levels.saturating_sub(1))
+        (image.level + bias).min(image.rig_camera().level_count().saturating_sub(1))
     };
     let total = |bias: u32| -> u64 { wanted.iter().map(|i| i.pixels(finest(i, bias))).sum() };
     let bias = (0..32).find(|&bias| total(bias) <= limits.image_pixels).unwrap_or(32);
@@ -167,13 +167,14 @@ fn images_of(
                 photographs.push(photograph);
             }
         }
-        if photographs.is_empty() || camera.levels == 0 {
+        if photographs.is_empty() || camera.levels.is_empty() {
             continue;
         }
-        let coarsest = camera.levels - 1;
+        let coarsest = camera.level_count() - 1;
         let side = |&level: &u32| camera.projection.level_size(level).max_element();
-        let first_level =
-            (0..camera.levels).find(|level| side(level) <= FIRST_SIDE_PX).unwrap_or(coarsest);
+        let first_level = (0..camera.level_count())
+            .find(|level| side(level) <= FIRST_SIDE_PX)
+            .unwrap_or(coarsest);
         images.push(WantedImage {
             panorama: Arc::clone(panorama),
             camera: index,

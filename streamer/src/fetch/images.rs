@@ -123,9 +123,9 @@ pub(super) async fn masks(
     let mut masks = known.masks.lock().unwrap_or_else(PoisonError::into_inner).clone();
     for image in images {
         if let Some(mask) = &image.rig_camera().mask
-            && !masks.contains_key(mask)
+            && !masks.contains_key(&mask.name)
         {
-            missing.insert(mask.clone(), image.key(0, v1::ImageLayer::Mask));
+            missing.insert(mask.name.clone(), image.key(0, v1::ImageLayer::Mask));
         }
     }
     if missing.is_empty() {
@@ -165,7 +165,7 @@ async fn image_batch(
     let mut decoded = Vec::new();
     for step in steps {
         let Some(payload) = payloads.next().await? else { break };
-        let mask = step.image.rig_camera().mask.as_ref().and_then(|name| masks.get(name));
+        let mask = step.image.rig_camera().mask.as_ref().and_then(|mask| masks.get(&mask.name));
         let (what, mask) = (step.name(), mask.cloned());
         let decode = move || step.decode(&payload, mask.as_deref());
         decoded.push(async move { known.decoders.run(&what, decode).await });

@@ -8,7 +8,7 @@ use flaneur_proto::v1;
 use flaneur_proto::v1::panorama_service_server::{PanoramaService, PanoramaServiceServer};
 use flaneur_proto::v1::scene_service_server::{SceneService, SceneServiceServer};
 use flaneur_scene::{
-    Bounds3, CUBE_FACES, Intrinsics, Lens, Panorama, Projection, RigCamera, SceneInfo,
+    Bounds3, CUBE_FACES, Intrinsics, Lens, Panorama, Projection, RigCamera, SceneInfo, StoredImage,
 };
 use futures::Stream;
 use glam::{DMat3, DVec3, UVec2};
@@ -134,6 +134,7 @@ impl SceneService for Liar {
             images: 1,
             ground: None,
             point_sources: Vec::new(),
+            version: "1".into(),
         };
         let mut scene = v1::Scene::from(info);
         if let Some(max) = scene.bounds.as_mut().and_then(|bounds| bounds.max.as_mut()) {
@@ -160,7 +161,7 @@ impl PanoramaService for Liar {
             position_in_rig: DVec3::ZERO,
             cam_from_rig: CUBE_FACES[0].cam_from_rig(),
             projection: Projection::Pinhole(Lens::pinhole(size, Intrinsics::from_fov_y(1.0, size))),
-            levels: 1,
+            levels: vec![StoredImage { bytes: 1, crc32: 0 }],
             mask: None,
             version: "1".into(),
         };

@@ -72,6 +72,20 @@ async fn footprints_of_every_region_come_back() {
         got.sort_by(|a, b| a.id.cmp(&b.id));
         wanted.sort_by(|a, b| a.id.cmp(&b.id));
         assert_eq!(got, wanted, "{region:?}");
+
+        let request = v1::StreamFootprintsRequest {
+            geometry_only: true,
+            ..v1::StreamFootprintsRequest::new(SCENE, region)
+        };
+        let batches =
+            all(client.stream_footprints(request).await.expect("there").into_inner()).await;
+        let bare: usize = batches.iter().map(|batch| batch.footprints.len()).sum();
+        assert_eq!(bare, wanted.len(), "{region:?}");
+        for message in batches.into_iter().flat_map(|batch| batch.footprints) {
+            let footprint = Footprint::try_from(message).expect("valid");
+            let whole = wanted.iter().find(|whole| whole.id == footprint.id).expect("known");
+            assert_eq!(footprint, Footprint { attributes: String::new(), ..whole.clone() });
+        }
     }
 }
 
@@ -151,6 +165,20 @@ async fn images_come_in_the_asked_order_whole_and_in_parts() {
     assert_eq!(whole[0].2, street::image("p7", "left", 1));
     assert_eq!(whole[1].2, street::image("p2", "front", 0));
     assert_eq!(whole[2].2, street::mask());
+
+    // All of it was known before.
+    let request = v1::StreamPanoramasRequest::new(SCENE, Region::All);
+    let rigs = all(client.stream_panoramas(request).await.expect("there").into_inner()).await;
+    for (key, _, bytes) in whole {
+        let rig = rigs.iter().find(|rig| rig.id == key.panorama).expect("listed");
+        let camera = rig.cameras.iter().find(|camera| camera.id == key.camera).expect("listed");
+        let announced = match key.layer() {
+            v1::ImageLayer::Colour => camera.levels[key.level as usize],
+            v1::ImageLayer::Mask => camera.mask.as_ref().expect("masked").image.expect("stated"),
+        };
+        let (byte_size, crc32) = (bytes.len() as u64, crc32fast::hash(&bytes));
+        assert_eq!(announced, v1::StoredImage { byte_size, crc32 });
+    }
 }
 
 #[tokio::test]
@@ -194,6 +222,7 @@ async fn hierarchies_come_page_by_page_and_lead_to_every_chunk() {
         assert_eq!(chunk.point_count, NODE_POINTS);
         assert_eq!((chunk.offset, chunk.total_bytes), (0, u64::from(node.byte_size)));
         assert_eq!(chunk.data.len() as u64, chunk.total_bytes);
+        assert_eq!(crc32fast::hash(&chunk.data), node.crc32);
     }
 }
 

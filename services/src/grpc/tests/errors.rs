@@ -76,7 +76,8 @@ async fn regions_that_make_no_sense_name_their_field() {
     let mut panoramas = PanoramaServiceClient::new(channel);
     for (bbox, centre, radius_m, field) in cases {
         let scene = SCENE.to_owned();
-        let request = v1::StreamFootprintsRequest { scene, bbox, centre, radius_m };
+        let request =
+            v1::StreamFootprintsRequest { scene, bbox, centre, radius_m, geometry_only: false };
         assert_invalid(&footprints.stream_footprints(request).await.expect_err(field), field);
         let scene = SCENE.to_owned();
         let request = v1::StreamGroundRequest { scene, bbox, centre, radius_m };

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use flaneur_scene::{
-    Bounds3, Footprint, Intrinsics, Lens, OctreeCube, Panorama, PointSource, Polygon, Projection,
-    RigCamera, world_from_rig,
+    Bounds3, Footprint, Intrinsics, Lens, Mask, OctreeCube, Panorama, PointSource, Polygon,
+    Projection, RigCamera, StoredImage, world_from_rig,
 };
 use glam::{DMat3, DVec2, DVec3, UVec2};
 use object_store::ObjectStore;
@@ -71,8 +71,10 @@ pub(super) fn rigs() -> Vec<Panorama> {
             position_in_rig: DVec3::new(0.1, 0.0, 0.0),
             cam_from_rig: DMat3::from_rotation_x(turn),
             projection: Projection::Pinhole(Lens::pinhole(size, intrinsics)),
-            levels: 2,
-            mask: i.is_multiple_of(2).then(|| "vehicle".into()),
+            levels: (0..2).map(|level| stored(&image(&format!("p{i}"), id, level))).collect(),
+            mask: i
+                .is_multiple_of(2)
+                .then(|| Mask { name: "vehicle".into(), image: stored(&mask()) }),
             version: "v1".into(),
         };
         Panorama {
@@ -96,6 +98,10 @@ pub(super) fn image(panorama: &str, camera: &str, level: u32) -> Vec<u8> {
     let large = level == 0 && ["p1", "p2"].contains(&panorama);
     let length = if large { LARGE_IMAGE_BYTES } else { 1000 };
     (0..length as u32).map(|i| (i.wrapping_mul(seed | 1) >> 7) as u8).collect()
+}
+
+fn stored(bytes: &[u8]) -> StoredImage {
+    StoredImage { bytes: bytes.len() as u64, crc32: crc32fast::hash(bytes) }
 }
 
 /// The stored bytes of the one mask.
@@ -156,7 +162,7 @@ async fn put_panoramas(folder: &SceneFolder, work: &TempDir) -> FileEntry {
     let rigs = rigs();
     for rig in &rigs {
         for camera in &rig.cameras {
-            for level in 0..camera.levels {
+            for level in 0..camera.level_count() {
                 let path = image_path(&rig.id, &camera.id, &camera.version, level);
                 put(folder, work, &path, &image(&rig.id, &camera.id, level)).await;
             }

@@ -4,6 +4,8 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
+use flaneur_scene::StoredImage;
+
 use super::draft::Draft;
 use crate::ingest::{BadInput, IngestError, Job};
 
@@ -50,6 +52,22 @@ pub(super) fn write_finished(file: &Path, bytes: &[u8]) -> Result<(), IngestErro
     let part = file.with_file_name(name);
     fs::write(&part, bytes).map_err(|e| io("write", &part, e))?;
     fs::rename(&part, file).map_err(|e| io("rename", &part, e))
+}
+
+/// What a client is told of a file of the work folder.
+pub(super) fn stored_image(path: &Path) -> Result<StoredImage, IngestError> {
+    let mut file = File::open(path).map_err(|e| io("read", path, e))?;
+    let (mut bytes, mut hasher) = (0, crc32fast::Hasher::new());
+    let mut block = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut block).map_err(|e| io("read", path, e))? {
+            0 => return Ok(StoredImage { bytes, crc32: hasher.finalize() }),
+            n => {
+                hasher.update(&block[..n]);
+                bytes += n as u64;
+            }
+        }
+    }
 }
 
 /// A file of the work folder that could not be handled.

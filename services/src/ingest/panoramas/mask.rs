@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use flaneur_scene::Mask;
 use glam::UVec2;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
 use super::budget::{Budget, over_budget};
 use super::draft::DraftMask;
-use super::files::write_finished;
+use super::files::{stored_image, write_finished};
 use super::photograph::Photograph;
 use crate::ingest::street::MaskColour;
 use crate::ingest::{BadInput, IngestError, Job};
@@ -17,8 +18,8 @@ use crate::layers::panoramas::mask_path;
 /// A mask in the work folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct StagedMask {
-    /// [`flaneur_scene::RigCamera::mask`].
-    pub(super) name: String,
+    /// What the scene knows of it.
+    pub(super) mask: Mask,
     pub(super) size: UVec2,
     pub(super) file: PathBuf,
 }
@@ -64,7 +65,8 @@ pub(super) fn stage(
             })?;
         write_finished(&file, &png)?;
     }
-    Ok(StagedMask { name, size, file })
+    let image = stored_image(&file)?;
+    Ok(StagedMask { mask: Mask { name, image }, size, file })
 }
 
 /// Rec. 601 luma above the middle.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::StagedPanoramas;
 use super::budget::{Budget, over_budget};
 use super::draft::{Draft, DraftCamera, DraftLens, DraftMask};
-use super::files::{io, write_finished};
+use super::files::{io, stored_image, write_finished};
 use super::mask::{self, StagedMask};
 use super::photograph::Photograph;
 use super::pyramid::{self, SrgbTable};
@@ -69,7 +69,7 @@ pub(super) fn stage(
                         let message = format!("{image}: it is no JPEG and is stored as one");
                         job.warn("recompressed-image", message);
                     }
-                    for level in 0..rig_camera.levels {
+                    for level in 0..rig_camera.level_count() {
                         let path =
                             image_path(&draft.id, &rig_camera.id, &rig_camera.version, level);
                         let file = job.work.join(&path);
@@ -95,7 +95,7 @@ pub(super) fn stage(
         return Ok(None);
     }
     for mask in masks.values() {
-        objects.insert(mask_path(&mask.name), mask.file.clone());
+        objects.insert(mask_path(&mask.mask.name), mask.file.clone());
     }
     let mut bounds = Bounds3::EMPTY;
     panoramas.iter().for_each(|panorama| bounds.include(panorama.position));
@@ -225,14 +225,15 @@ fn stage_image(
         let json = serde_json::to_vec(&finished).map_err(|e| failed(e.to_string()))?;
         write_finished(&record, &json)?;
     }
+    let levels = (0..levels).map(|level| stored_image(&level_file(level)));
     Ok(StagedCamera {
         rig_camera: RigCamera {
             id: camera.id.clone(),
             position_in_rig: camera.position_in_rig,
             cam_from_rig: camera.cam_from_rig,
             projection,
-            levels,
-            mask: mask.map(|mask| mask.name.clone()),
+            levels: levels.collect::<Result<_, IngestError>>()?,
+            mask: mask.map(|mask| mask.mask.clone()),
             version,
         },
         recompressed: !photograph.is_jpeg(),

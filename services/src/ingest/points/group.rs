@@ -10,7 +10,7 @@ use laz::LazVlr;
 
 use super::convert::Conversion;
 use super::file::PointFile;
-use crate::layers::copc::{CopcHeader, Evlr, Vlr};
+use crate::layers::copc::{CopcHeader, Evlr, Vlr, is_checksums};
 
 /// Files whose records go into one COPC: same scale, offset, point format after conversion,
 /// extra bytes, kind of GPS time and CRS.
@@ -178,9 +178,11 @@ fn is_kept(vlr: &Vlr) -> bool {
         || vlr.is("LAStools", 30))
 }
 
-/// Besides those of [`is_kept`]: the waveforms themselves, which are not stored.
+/// Besides those of [`is_kept`]: the chunks' checksums, and the waveforms themselves, which are
+/// not stored.
 fn is_kept_evlr(evlr: &Evlr) -> bool {
-    !(evlr.is("copc", 1000)
+    !(is_checksums(evlr)
+        || evlr.is("copc", 1000)
         || evlr.is("copc", 1)
         || evlr.is("LASF_Spec", WAVEFORM_RECORD)
         || evlr.is("LAStools", 30))

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use flaneur_scene::NodeKey;
 
+use super::checksums::CHECKSUM_BYTES;
+
 /// Where a node's chunk lies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NodeEntry {
@@ -11,6 +13,17 @@ pub(super) struct NodeEntry {
     pub(super) offset: u64,
     pub(super) byte_size: u32,
     pub(super) point_count: u32,
+    pub(super) crc32: u32,
+}
+
+/// The pages of a file, and what lies beside them.
+pub(super) struct Pages {
+    /// The entries.
+    pub(super) entries: Vec<u8>,
+    /// Length of the root page, which comes first.
+    pub(super) root_bytes: u64,
+    /// [`super::checksums`]: four bytes for each entry, in their order.
+    pub(super) checksums: Vec<u8>,
 }
 
 /// Nodes that a page lists before it hands deeper ones to pages of their own: 512 entries
@@ -18,14 +31,14 @@ pub(super) struct NodeEntry {
 const PAGE_ENTRIES: usize = 512;
 
 /// Bytes of an entry.
-const ENTRY_BYTES: u64 = 32;
+pub(super) const ENTRY_BYTES: u64 = 32;
 
 /// The pages of a tree one after another, the root page first, as they stand at `offset`
-/// in the file; and the length of the root page in bytes.
+/// in the file.
 ///
 /// A page holds its root and the levels below as long as they stay within [`PAGE_ENTRIES`];
 /// a node of the last such level that has descendants becomes a page of its own.
-pub(super) fn hierarchy_pages(entries: &[NodeEntry], offset: u64) -> (Vec<u8>, u64) {
+pub(super) fn hierarchy_pages(entries: &[NodeEntry], offset: u64) -> Pages {
     let tree: BTreeMap<NodeKey, &NodeEntry> = entries.iter().map(|e| (e.key, e)).collect();
     let mut pages: Vec<Page> = Vec::new();
     let mut roots = vec![NodeKey::ROOT];
@@ -42,18 +55,20 @@ pub(super) fn hierarchy_pages(entries: &[NodeEntry], offset: u64) -> (Vec<u8>, u
         offsets.insert(*root, (position, page.byte_size()));
         position += page.byte_size();
     }
-    let mut bytes = Vec::new();
+    let (mut bytes, mut checksums) = (Vec::new(), Vec::new());
     for page in &pages {
         for key in &page.nodes {
             let entry = tree[key];
             write_entry(&mut bytes, *key, entry.offset, entry.byte_size, entry.point_count as i32);
+            checksums.extend(entry.crc32.to_le_bytes());
         }
         for key in &page.sub_pages {
             let (offset, size) = offsets[key];
             write_entry(&mut bytes, *key, offset, size as u32, -1);
+            checksums.extend([0; CHECKSUM_BYTES as usize]);
         }
     }
-    (bytes, pages[0].byte_size())
+    Pages { entries: bytes, root_bytes: pages[0].byte_size(), checksums }
 }
 
 /// One page: the nodes it lists itself, and those that it leaves to pages of their own.

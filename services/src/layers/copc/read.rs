@@ -10,6 +10,8 @@ use flaneur_scene::NodeKey;
 use object_store::path::Path;
 use object_store::{ObjectStore, ObjectStoreExt};
 
+use super::checksums::Layout;
+use super::vlr::Evlr;
 use crate::layers::LayerError;
 
 /// A COPC object of a store, its header read and checked.
@@ -19,6 +21,7 @@ pub struct CopcFile {
     path: Path,
     size: u64,
     root: PageAddress,
+    layout: Layout,
 }
 
 /// Where a page of the hierarchy lies.
@@ -61,6 +64,8 @@ pub enum PageItem {
         byte_size: u32,
         /// Its points; 0 where the node only leads on.
         point_count: u32,
+        /// CRC-32 of its chunk.
+        crc32: u32,
     },
     /// The root of another page.
     Page(PageAddress),
@@ -70,13 +75,13 @@ pub enum PageItem {
 const HEADER_BYTES: u64 = 375 + 54 + 160;
 
 /// Bytes of an entry of a page.
-const ENTRY_BYTES: usize = 32;
+const ENTRY_BYTES: usize = super::hierarchy::ENTRY_BYTES as usize;
 
 /// Largest page that is read: half a million nodes.
 const MAX_PAGE_BYTES: u32 = 16 << 20;
 
 impl CopcFile {
-    /// Opens `path`, of `size` bytes, reading nothing but the header.
+    /// Opens `path`, of `size` bytes, reading nothing but headers.
     pub async fn open(
         store: Arc<dyn ObjectStore>,
         path: Path,
@@ -89,7 +94,10 @@ impl CopcFile {
         let header = store.get_range(&path, 0..HEADER_BYTES).await?;
         let (offset, byte_size) = root_page(&header).map_err(|(at, what)| damaged(at, what))?;
         let root = PageAddress { key: NodeKey::ROOT, offset, byte_size };
-        let file = Self { store, path, size, root };
+        let start = header.get(235..243).and_then(|at| at.first_chunk());
+        let start = start.map_or(0, |at| u64::from_le_bytes(*at));
+        let layout = layout(&store, &path, start, size).await?;
+        let file = Self { store, path, size, root, layout };
         file.check_page(&root, 375 + 54)?;
         Ok(file)
     }
@@ -107,12 +115,23 @@ impl CopcFile {
     /// Reads a page.
     pub async fn page(&self, address: PageAddress) -> Result<Page, LayerError> {
         self.check_page(&address, address.offset)?;
-        let end = address.offset + u64::from(address.byte_size);
-        let bytes = self.get(address.offset..end).await?;
-        let mut entries = Vec::with_capacity(bytes.len() / ENTRY_BYTES);
-        let (records, _) = bytes.as_chunks::<ENTRY_BYTES>();
-        for (record, at) in records.iter().zip((address.offset..).step_by(ENTRY_BYTES)) {
-            entries.push(self.entry(record, at, &address)?);
+        let place = address.offset..address.offset + u64::from(address.byte_size);
+        let sums = self.layout.of_page(&address).ok_or_else(|| {
+            self.damaged(address.offset, "the page lies outside of the hierarchy".to_owned())
+        })?;
+        let ranges = [place, sums];
+        let read = self.store.get_ranges(&self.path, &ranges).await?;
+        let [page, sums] = read.as_slice() else {
+            return Err(self.damaged(address.offset, "the store gave no ranges".to_owned()));
+        };
+        for (range, bytes) in ranges.iter().zip([page, sums]) {
+            self.check_length(range, bytes)?;
+        }
+        let mut entries = Vec::with_capacity(page.len() / ENTRY_BYTES);
+        let (records, sums) = (page.as_chunks::<ENTRY_BYTES>().0, sums.as_chunks::<4>().0);
+        let places = (address.offset..).step_by(ENTRY_BYTES);
+        for ((record, sum), at) in records.iter().zip(sums).zip(places) {
+            entries.push(self.entry(record, u32::from_le_bytes(*sum), at, &address)?);
         }
         entries.sort_unstable_by_key(|entry| entry.key);
         if let Some(pair) = entries.windows(2).find(|pair| pair[0].key == pair[1].key) {
@@ -125,16 +144,22 @@ impl CopcFile {
     /// Bytes of the file, as many as asked for.
     pub async fn get(&self, range: Range<u64>) -> Result<Bytes, LayerError> {
         let bytes = self.store.get_range(&self.path, range.clone()).await?;
-        if bytes.len() as u64 != range.end - range.start {
-            let problem = format!("the store gave {} bytes of {range:?}", bytes.len());
-            return Err(self.damaged(range.start, problem));
-        }
+        self.check_length(&range, &bytes)?;
         Ok(bytes)
+    }
+
+    fn check_length(&self, range: &Range<u64>, bytes: &Bytes) -> Result<(), LayerError> {
+        if bytes.len() as u64 == range.end - range.start {
+            return Ok(());
+        }
+        let problem = format!("the store gave {} bytes of {range:?}", bytes.len());
+        Err(self.damaged(range.start, problem))
     }
 
     fn entry(
         &self,
         record: &[u8; ENTRY_BYTES],
+        crc32: u32,
         at: u64,
         page: &PageAddress,
     ) -> Result<PageEntry, LayerError> {
@@ -166,7 +191,7 @@ impl CopcFile {
                         self.size
                     )));
                 }
-                PageItem::Node { offset, byte_size, point_count }
+                PageItem::Node { offset, byte_size, point_count, crc32 }
             }
             count => return Err(damaged(format!("{key:?} has {count} points"))),
         };
@@ -218,6 +243,30 @@ fn is_below(key: NodeKey, root: NodeKey) -> bool {
     key.level.checked_sub(root.level).is_some_and(|depth| {
         (key.x >> depth, key.y >> depth, key.z >> depth) == (root.x, root.y, root.z)
     })
+}
+
+/// Where the hierarchy and its checksums lie, whose records begin at `start`.
+async fn layout(
+    store: &Arc<dyn ObjectStore>,
+    path: &Path,
+    start: u64,
+    size: u64,
+) -> Result<Layout, LayerError> {
+    let damaged = |at, problem: String| LayerError::at_byte(path, at, problem);
+    let end = start.checked_add(Evlr::HEADER_LENGTH).filter(|end| *end <= size);
+    let end = end.ok_or_else(|| damaged(235, format!("no records at {start} of {size}")))?;
+    let header = store.get_range(path, start..end).await?;
+    let layout = match header.as_ref().try_into() {
+        Ok(header) => Layout::of_hierarchy(start, header, size),
+        Err(_) => Err(format!("the store gave {} bytes of a header", header.len())),
+    };
+    let layout = layout.map_err(|problem| damaged(start, problem))?;
+    let place = layout.header();
+    if !layout.is_header(&store.get_range(path, place.clone()).await?) {
+        let problem = "no checksums follow the hierarchy; ingest the survey again";
+        return Err(damaged(place.start, problem.to_owned()));
+    }
+    Ok(layout)
 }
 
 /// Offset and size of the root page, out of the file's first [`HEADER_BYTES`]; or where and

@@ -10,6 +10,7 @@ use laz::laszip::{ChunkTable, ChunkTableEntry};
 use laz::record::{LayeredPointRecordCompressor, RecordCompressor};
 use laz::{LazVlr, LazVlrBuilder};
 
+use super::checksums;
 use super::hierarchy::{NodeEntry, hierarchy_pages};
 use super::vlr::{Evlr, Vlr, padded};
 
@@ -38,7 +39,7 @@ pub struct CopcHeader {
     pub cube: OctreeCube,
     /// Records before the points, besides those that make the file a COPC.
     pub vlrs: Vec<Vlr>,
-    /// Records behind the points, besides the octree's index.
+    /// Records behind the points, besides the octree's index and its checksums.
     pub evlrs: Vec<Evlr>,
 }
 
@@ -183,7 +184,8 @@ impl CopcWriter {
         let byte_size = i32::try_from(chunk.len()).map_err(too_large)?.unsigned_abs();
         i32::try_from(point_count).map_err(too_large)?;
         self.out.write_all(chunk)?;
-        self.entries.push(NodeEntry { key, offset: self.position, byte_size, point_count });
+        let (offset, crc32) = (self.position, crc32fast::hash(chunk));
+        self.entries.push(NodeEntry { key, offset, byte_size, point_count, crc32 });
         self.chunks.push(ChunkTableEntry {
             point_count: u64::from(point_count),
             byte_count: u64::from(byte_size),
@@ -202,14 +204,16 @@ impl CopcWriter {
 
         let evlr_start = chunk_table_start + table.len() as u64;
         let pages_start = evlr_start + Evlr::HEADER_LENGTH;
-        let (pages, root_page_length) = hierarchy_pages(&self.entries, pages_start);
+        let pages = hierarchy_pages(&self.entries, pages_start);
         self.out.write_all(&Evlr::header_bytes(
             padded("copc"),
             1000,
             padded("EPT hierarchy"),
-            pages.len() as u64,
+            pages.entries.len() as u64,
         ))?;
-        self.out.write_all(&pages)?;
+        self.out.write_all(&pages.entries)?;
+        self.out.write_all(&checksums::header_bytes(pages.checksums.len() as u64))?;
+        self.out.write_all(&pages.checksums)?;
         for evlr in &self.header.evlrs {
             copy_evlr(evlr, &mut self.out)?;
         }
@@ -220,7 +224,7 @@ impl CopcWriter {
                 "copc",
                 1,
                 "COPC info VLR",
-                self.copc_info(summary, pages_start, root_page_length),
+                self.copc_info(summary, pages_start, pages.root_bytes),
             )
             .to_bytes(),
         );
@@ -262,7 +266,7 @@ impl CopcWriter {
         }
         bytes.extend(0u64.to_le_bytes()); // waveform packets
         bytes.extend(evlr_start.to_le_bytes());
-        bytes.extend((1 + header.evlrs.len() as u32).to_le_bytes());
+        bytes.extend((2 + header.evlrs.len() as u32).to_le_bytes());
         bytes.extend(summary.point_count.to_le_bytes());
         for count in summary.by_return {
             bytes.extend(count.to_le_bytes());

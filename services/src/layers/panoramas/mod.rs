@@ -22,7 +22,7 @@ pub fn image_path(panorama: &str, camera: &str, version: &str, level: u32) -> St
     format!("panoramas/{panorama}/{camera}/{version}/{level}.jpg")
 }
 
-/// Path of a mask below the scene's prefix; `mask` is [`flaneur_scene::RigCamera::mask`].
+/// Path of a mask below the scene's prefix; `mask` is its [`flaneur_scene::Mask::name`].
 pub fn mask_path(mask: &str) -> String {
     format!("masks/{mask}.png")
 }

@@ -95,16 +95,22 @@ impl PanoramaCursor {
         // Names become paths of objects, so they are checked before anyone asks for one.
         for camera in &cameras {
             ImageId::new(&id, &camera.id).map_err(|e| e.to_string())?;
-            let parts = [Some(&camera.version), camera.mask.as_ref()];
+            let mask = camera.mask.as_ref();
+            let parts = [Some(&camera.version), mask.map(|mask| &mask.name)];
             for part in parts.into_iter().flatten() {
                 ImageId::check_part(part).map_err(|e| e.to_string())?;
             }
             let size = camera.projection.size();
-            if size.min_element() == 0 || camera.levels == 0 || camera.levels > 32 {
+            let levels = camera.levels.len();
+            if size.min_element() == 0 || levels == 0 || levels > 32 {
                 return Err(format!(
-                    "image {id}/{} of {size} pixels with {} levels",
-                    camera.id, camera.levels
+                    "image {id}/{} of {size} pixels with {levels} levels",
+                    camera.id
                 ));
+            }
+            if camera.levels.iter().chain(mask.map(|mask| &mask.image)).any(|file| file.bytes == 0)
+            {
+                return Err(format!("image {id}/{} has an empty file", camera.id));
             }
         }
         Ok(Panorama {

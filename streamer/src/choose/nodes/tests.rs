@@ -24,7 +24,8 @@ fn street(depth: u32, count: u32) -> Vec<HierarchyEntry> {
     let cube = source(DVec3::ZERO).cube;
     let (mut entries, mut level) = (Vec::new(), vec![NodeKey::ROOT]);
     for _ in 0..=depth {
-        let node = |&key: &NodeKey| Node { key, point_count: count, byte_size: 8 * count };
+        let node =
+            |&key: &NodeKey| Node { key, point_count: count, byte_size: 8 * count, crc32: 0 };
         entries.extend(level.iter().map(node).map(HierarchyEntry::Node));
         let below = level.iter().flat_map(NodeKey::children);
         level = below
@@ -143,7 +144,7 @@ fn entries_outside_their_page_are_refused() {
     let refuse = |hierarchy: &mut Hierarchy, entry| {
         hierarchy.insert(page, vec![entry]).expect_err("outside").field
     };
-    let node = |key| HierarchyEntry::Node(Node { key, point_count: 1, byte_size: 1 });
+    let node = |key| HierarchyEntry::Node(Node { key, point_count: 1, byte_size: 1, crc32: 0 });
     assert_eq!(refuse(&mut hierarchy, node(outside)), "entries[0].key");
     assert_eq!(refuse(&mut hierarchy, node(NodeKey::ROOT)), "entries[0].key");
     // A page that refers to itself would be asked for without end.

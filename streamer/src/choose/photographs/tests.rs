@@ -1,5 +1,5 @@
 use super::*;
-use flaneur_scene::{CubeFace, Intrinsics, Lens, world_from_rig};
+use flaneur_scene::{CubeFace, Intrinsics, Lens, StoredImage, world_from_rig};
 use glam::DMat3;
 use std::f64::consts::PI;
 
@@ -25,7 +25,7 @@ fn camera(id: &str, heading: f64, side: u32) -> RigCamera {
         cam_from_rig: flaneur_scene::CUBE_FACES[0].cam_from_rig()
             * world_from_rig(heading, 0.0, 0.0).transpose(),
         projection: Projection::Pinhole(lens),
-        levels: 6,
+        levels: vec![StoredImage { bytes: 1, crc32: 0 }; 6],
         mask: None,
         version: "1".into(),
     }

@@ -58,7 +58,8 @@ fn compress(source: &PointSource, records: &[Vec<u8>]) -> Vec<u8> {
 }
 
 fn node(points: u32, chunk: &[u8]) -> Node {
-    Node { key: ID.key, point_count: points, byte_size: u32::try_from(chunk.len()).expect("small") }
+    let byte_size = u32::try_from(chunk.len()).expect("small");
+    Node { key: ID.key, point_count: points, byte_size, crc32: crc32fast::hash(chunk) }
 }
 
 fn three() -> Vec<Vec<u8>> {

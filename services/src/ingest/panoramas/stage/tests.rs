@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::time::SystemTime;
 
+use flaneur_scene::StoredImage;
 use image::ImageFormat;
 
 use super::*;
@@ -34,6 +35,9 @@ fn level_0_is_the_original_and_the_rest_are_its_halves() {
         let image = decoded(file);
         let side = |side: u32| (0..level).fold(side, |side, _| side.div_ceil(2));
         assert_eq!(image.dimensions(), (side(SIZE.x), side(SIZE.y)), "{path}");
+        let bytes = fs::read(file).expect("staged");
+        let stored = StoredImage { bytes: bytes.len() as u64, crc32: crc32fast::hash(&bytes) };
+        assert_eq!(stored_image(file).expect("readable"), stored);
         // The ramp over the width is a ramp in every half; JPEG costs a few grey levels.
         let (width, height) = image.dimensions();
         for share in [0.25, 0.5, 0.75] {

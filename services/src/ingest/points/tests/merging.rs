@@ -65,7 +65,8 @@ fn records_before_and_behind_the_points_are_kept_once() {
     assert!(reread.vlrs.contains(&wkt));
     assert!(reread.vlrs[0].is("copc", 1) && reread.evlrs[0].is("copc", 1000));
     let bytes = std::fs::read(&staged[0].file).unwrap();
-    let behind: Vec<_> = reread.evlrs[1..]
+    assert!(crate::layers::copc::is_checksums(&reread.evlrs[1]));
+    let behind: Vec<_> = reread.evlrs[2..]
         .iter()
         .map(|evlr| texts(&bytes[evlr.offset as usize..][..evlr.length as usize]))
         .collect();
@@ -85,6 +86,9 @@ fn a_copc_is_an_input_like_any_other() {
     let second = again.ingest(&[&first[0].file]).unwrap();
     assert_same_points(&[path], &second[0], false);
     assert_eq!(first[0].source, second[0].source);
+    // Its checksums are made anew.
+    let reread = crate::ingest::points::file::PointFile::open(&second[0].file).unwrap();
+    assert_eq!(reread.evlrs.len(), 2);
 }
 
 #[test]

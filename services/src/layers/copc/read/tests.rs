@@ -111,11 +111,14 @@ async fn every_node_that_was_written_is_found_with_its_bytes() {
     assert_eq!(nodes.keys().copied().collect::<Vec<_>>(), wanted);
     let root = file.page(file.root()).await.expect("whole");
     for (key, item) in nodes {
-        let PageItem::Node { offset, byte_size, point_count } = item else { panic!("{item:?}") };
+        let PageItem::Node { offset, byte_size, point_count, crc32 } = item else {
+            panic!("{item:?}")
+        };
         assert_eq!(point_count, 3);
         let chunk = file.get(offset..offset + u64::from(byte_size)).await.expect("there");
         let at = usize::try_from(offset).expect("small");
         assert_eq!(chunk, &bytes[at..at + byte_size as usize]);
+        assert_eq!(crc32, crc32fast::hash(&chunk), "{key:?}");
         // From the root page, each node is either listed or reached through a page above it.
         let listed = root.entry(key).is_some();
         assert!(listed || root.towards(key).is_some(), "{key:?}");
@@ -126,12 +129,15 @@ async fn every_node_that_was_written_is_found_with_its_bytes() {
 #[tokio::test]
 async fn damage_is_named_with_its_place() {
     let good = copc_bytes();
-    let root = open(&good).await.expect("a COPC file").root();
+    let file = open(&good).await.expect("a COPC file");
+    let root = file.root();
     let at = usize::try_from(root.offset).expect("small");
     let sub_page = (at..).step_by(32).find(|at| good[at + 28..at + 32] == [0xff; 4]);
     let sub_page = sub_page.expect("a page leads on");
     // What is overwritten, where, and a word of the complaint.
-    let cases: [(usize, &[u8], &str); 12] = [
+    let evlr = |start: usize| start - Evlr::HEADER_LENGTH as usize;
+    let checksums = usize::try_from(file.layout.header().start).expect("small");
+    let cases: [(usize, &[u8], &str); 19] = [
         (0, b"LASX", "no LAS 1.4"),
         (24, &[1, 2], "no LAS 1.4"),
         (377, b"cope", "not COPC"),
@@ -139,6 +145,13 @@ async fn damage_is_named_with_its_place() {
         (477, &u64::MAX.to_le_bytes(), "root page"),
         (477, &33u64.to_le_bytes(), "whole entries"),
         (477, &0u64.to_le_bytes(), "whole entries"),
+        (235, &u64::MAX.to_le_bytes(), "no records"),
+        (235, &0u64.to_le_bytes(), "not COPC's hierarchy"),
+        (evlr(at) + 20, &u64::MAX.to_le_bytes(), "do not fit"),
+        (evlr(at) + 20, &64u64.to_le_bytes(), "ingest the survey again"),
+        (checksums + 2, b"someone", "ingest the survey again"),
+        (checksums + 20, &[9], "ingest the survey again"),
+        (469, &(root.offset + 8).to_le_bytes(), "outside of the hierarchy"),
         (at, &(-1i32).to_le_bytes(), "no node below"),
         (at + 4, &9u32.to_le_bytes(), "no node below"),
         (at + 16, &(u64::MAX - 5).to_le_bytes(), "points in"),

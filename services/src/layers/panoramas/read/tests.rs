@@ -1,6 +1,6 @@
 //! Written tables come back bit for bit, by region, and damage is refused.
 
-use flaneur_scene::{Distortion, Intrinsics, Lens, Projection, world_from_rig};
+use flaneur_scene::{Distortion, Intrinsics, Lens, Mask, Projection, StoredImage, world_from_rig};
 use glam::{DVec2, UVec2};
 use object_store::memory::InMemory;
 use object_store::{ObjectStoreExt, PutPayload};
@@ -33,8 +33,11 @@ fn panorama(i: u32) -> Panorama {
         position_in_rig: DVec3::new(0.1, -0.2 / 3.0, t.sin()),
         cam_from_rig: world_from_rig(t, 0.1, 0.2),
         projection,
-        levels: 5,
-        mask: i.is_multiple_of(2).then(|| format!("mask{i}.0123abcd")),
+        levels: (1..6).map(|level| StoredImage { bytes: u64::MAX / level, crc32: i }).collect(),
+        mask: i.is_multiple_of(2).then(|| Mask {
+            name: format!("mask{i}.0123abcd"),
+            image: StoredImage { bytes: 1, crc32: u32::MAX },
+        }),
         version: "89abcdef".into(),
     };
     Panorama {
