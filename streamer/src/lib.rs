@@ -24,6 +24,7 @@
 //! # }
 //! ```
 
+mod cache;
 mod choose;
 mod client;
 mod decode;
@@ -36,6 +37,7 @@ mod resident;
 mod streamer;
 mod traffic;
 
+pub use cache::{CacheError, CacheOptions, CacheStatistics, DiskOptions, Rank, SegmentedLru};
 pub use client::Client;
 pub use error::StreamError;
 pub use event::{Event, Progress};
