@@ -30,6 +30,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
 use bytes::Bytes;
+use flaneur_scene::{Node, StoredImage};
 
 pub(crate) use key::CacheKey;
 pub use segmented::{Rank, SegmentedLru};
@@ -79,6 +80,18 @@ pub(crate) struct Checked {
     pub(crate) length: u64,
     /// The CRC-32 (IEEE 802.3) of its bytes.
     pub(crate) crc32: u32,
+}
+
+impl From<StoredImage> for Checked {
+    fn from(image: StoredImage) -> Self {
+        Self { length: image.bytes, crc32: image.crc32 }
+    }
+}
+
+impl From<Node> for Checked {
+    fn from(node: Node) -> Self {
+        Self { length: node.byte_size.into(), crc32: node.crc32 }
+    }
 }
 
 impl Checked {
