@@ -18,6 +18,7 @@ mod region;
 mod scene;
 
 pub use error::FieldError;
+pub use ground::MAX_GROUND_STEP;
 pub use parts::{Assembly, PART_BYTES, split};
 
 /// The generated messages, clients and servers; documented in `proto/flaneur/v1/*.proto`.

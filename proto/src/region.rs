@@ -10,7 +10,8 @@ use crate::v1;
 macro_rules! regional_request {
     ($($request:ident),*) => {$(
         impl v1::$request {
-            /// The request for what lies in `region` of a scene.
+            /// The request for what lies in `region` of a scene, all else as by default.
+            #[allow(clippy::needless_update, reason = "some requests have further fields")]
             pub fn new(scene: impl Into<String>, region: Region) -> Self {
                 let (bbox, centre, radius_m) = fields(region);
                 Self { scene: scene.into(), bbox, centre, radius_m, ..Self::default() }

@@ -20,16 +20,19 @@ impl v1::ground_service_server::GroundService for Services {
     ) -> Result<Response<Self::StreamGroundStream>, Status> {
         let request = request.into_inner();
         let region = request.region().map_err(|e| status::invalid(&e))?;
+        let step = request.checked_step().map_err(|e| status::invalid(&e))?;
         let scene = self.scene(&request.scene).await?;
         let Some(layer) = &scene.manifest.ground else {
             return Ok(Response::new(stream::empty().boxed()));
         };
         let (store, path, size) = super::object(&scene, &layer.file)?;
-        let cursor = ground::open(store, path, size, region).await;
+        let cursor = ground::open(store, path, size, region, step).await;
         let cursor = cursor.map_err(|e| status::of_layer(LAYER, &e))?;
         let tiles = stream::try_unfold(cursor, async |mut cursor| {
             let tile = cursor.next().await.map_err(|e| status::of_layer(LAYER, &e))?;
-            Ok(tile.map(|tile| (v1::GroundTile::from(tile), cursor)))
+            let tile = tile.map(v1::GroundTile::try_from).transpose();
+            let tile = tile.map_err(|e| status::of_field(LAYER, &e))?;
+            Ok(tile.map(|tile| (tile, cursor)))
         });
         Ok(Response::new(tiles.boxed()))
     }

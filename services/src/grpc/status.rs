@@ -68,6 +68,12 @@ pub(super) fn of_layer(layer: &str, error: &LayerError) -> Status {
     damaged(layer)
 }
 
+/// The status of something in `layer` that cannot be sent.
+pub(super) fn of_field(layer: &str, error: &FieldError) -> Status {
+    tracing::error!(%error, layer, "layer cannot be sent");
+    damaged(layer)
+}
+
 /// The status of a failure of the store while `what` was read.
 pub(super) fn of_object_store(what: &str, error: &object_store::Error) -> Status {
     if let object_store::Error::NotFound { .. } = error {

@@ -6,6 +6,7 @@
 //! the GDAL metadata.
 
 mod read;
+mod thin;
 mod write;
 
 use flaneur_scene::{Bounds3, GroundLayout};
@@ -19,6 +20,9 @@ const FILE_TILE: u32 = 64;
 
 /// Cells along a side of a [`flaneur_scene::GroundTile`]: 65 × 65 nodes, borders shared.
 const CELLS: u32 = 64;
+
+// Whatever step is asked for, tiles share their border nodes.
+const _: () = assert!(CELLS.is_multiple_of(flaneur_proto::MAX_GROUND_STEP));
 
 /// The most nodes along a side of the grid.
 pub const MAX_SIDE: u32 = 1 << 15;

@@ -107,6 +107,31 @@ async fn ground_tiles_of_every_region_come_back() {
 }
 
 #[tokio::test]
+async fn coarse_ground_has_the_heights_of_every_stepth_node() {
+    let mut client = GroundServiceClient::new(channel().await);
+    let mut ask = async |step| {
+        let request =
+            v1::StreamGroundRequest { step, ..v1::StreamGroundRequest::new(SCENE, Region::All) };
+        let tiles = all(client.stream_ground(request).await.expect("there").into_inner()).await;
+        let tile = |tile| GroundTile::try_from(tile).expect("valid");
+        tiles.into_iter().map(tile).map(|tile| (tile.index, tile)).collect::<BTreeMap<_, _>>()
+    };
+    let (fine, coarse) = (ask(0).await, ask(8).await);
+    assert!(fine.keys().eq(coarse.keys()) && fine.len() == 8);
+    for (index, coarse) in coarse {
+        let fine = &fine[&index];
+        assert_eq!((coarse.origin, coarse.spacing_m), (fine.origin, 8.0));
+        let (columns, rows) = (fine.columns as usize, fine.rows() as usize);
+        assert_eq!(coarse.columns as usize, (columns - 1).div_ceil(8) + 1);
+        for (node, height) in coarse.heights.iter().enumerate() {
+            let (row, column) = (node / coarse.columns as usize, node % coarse.columns as usize);
+            let at = (8 * row).min(rows - 1) * columns + (8 * column).min(columns - 1);
+            assert_eq!(*height, fine.heights[at], "{index:?}, node {node}");
+        }
+    }
+}
+
+#[tokio::test]
 async fn panoramas_come_back_nearest_to_the_centre_first() {
     let mut client = PanoramaServiceClient::new(channel().await);
     for region in [Region::All, regions()[2]] {

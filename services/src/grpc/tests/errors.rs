@@ -1,7 +1,7 @@
 //! Bad requests get the standard code and the name of what is wrong.
 
 use flaneur_proto::{MAX_KEYS, v1};
-use flaneur_scene::{ImageId, NodeKey};
+use flaneur_scene::{ImageId, NodeKey, Region};
 use tonic::{Code, Status};
 use tonic_types::StatusExt;
 
@@ -80,12 +80,15 @@ async fn regions_that_make_no_sense_name_their_field() {
             v1::StreamFootprintsRequest { scene, bbox, centre, radius_m, geometry_only: false };
         assert_invalid(&footprints.stream_footprints(request).await.expect_err(field), field);
         let scene = SCENE.to_owned();
-        let request = v1::StreamGroundRequest { scene, bbox, centre, radius_m };
+        let request = v1::StreamGroundRequest { scene, bbox, centre, radius_m, step: 0 };
         assert_invalid(&ground.stream_ground(request).await.expect_err(field), field);
         let scene = SCENE.to_owned();
         let request = v1::StreamPanoramasRequest { scene, bbox, centre, radius_m };
         assert_invalid(&panoramas.stream_panoramas(request).await.expect_err(field), field);
     }
+    let request =
+        v1::StreamGroundRequest { step: 3, ..v1::StreamGroundRequest::new(SCENE, Region::All) };
+    assert_invalid(&ground.stream_ground(request).await.expect_err("step"), "step");
 }
 
 #[tokio::test]

@@ -16,6 +16,7 @@ use object_store::path::Path;
 use object_store::{ObjectStore, ObjectStoreExt};
 use tiff::tags::Tag;
 
+use super::thin::thinned;
 use super::{CELLS, FILE_TILE, GDAL_METADATA, GroundGrid, MAX_NODES, MAX_SIDE, UNCERTAINTY};
 use crate::layers::LayerError;
 
@@ -24,6 +25,8 @@ use crate::layers::LayerError;
 pub struct GroundCursor {
     file: GroundFile,
     region: Region,
+    /// Nodes from one that is given to the next.
+    step: u32,
     /// Number of the next tile, row by row.
     next: u32,
 }
@@ -48,7 +51,8 @@ const TILE_BYTES: u64 = FILE_TILE as u64 * FILE_TILE as u64 * 4;
 /// Bytes at the end of the object among which the directory is looked for.
 const TAIL_BYTES: u64 = 256 << 10;
 
-/// Opens the ground of `size` bytes at `path`; the cursor gives the tiles that meet `region`.
+/// Opens the ground of `size` bytes at `path`; the cursor gives the tiles that meet
+/// `region`, of each every `step`-th node: 1, or a divisor of a tile's cells.
 ///
 /// # Errors
 ///
@@ -58,8 +62,10 @@ pub async fn open(
     path: Path,
     size: u64,
     region: Region,
+    step: u32,
 ) -> Result<GroundCursor, LayerError> {
-    Ok(GroundCursor { file: GroundFile::open(store, path, size).await?, region, next: 0 })
+    let file = GroundFile::open(store, path, size).await?;
+    Ok(GroundCursor { file, region, step, next: 0 })
 }
 
 /// The whole ground of a local file. Blocks; not to be called from an async task.
@@ -72,7 +78,7 @@ pub fn load(path: &std::path::Path) -> Result<GroundGrid, LayerError> {
         let place = Path::from_absolute_path(path).map_err(object_store::Error::from)?;
         let store: Arc<dyn ObjectStore> = Arc::new(LocalFileSystem::new());
         let size = store.head(&place).await?.size;
-        let mut cursor = open(store, place, size, Region::All).await?;
+        let mut cursor = open(store, place, size, Region::All, 1).await?;
         let GroundFile { origin, spacing_m, columns, rows, uncertainty_m, .. } = cursor.file;
         let mut heights = vec![f32::NAN; columns as usize * rows as usize];
         while let Some(tile) = cursor.next().await? {
@@ -104,15 +110,17 @@ impl GroundCursor {
                 continue;
             }
             let heights = self.file.heights(&columns, &rows).await?;
-            if heights.iter().any(|height| height.is_finite()) {
-                return Ok(Some(GroundTile {
-                    index: (x as i32, y as i32),
-                    origin: self.file.bounds(&columns, &rows).min,
-                    spacing_m: self.file.spacing_m,
-                    columns: columns.end - columns.start,
-                    heights,
-                    uncertainty_m: self.file.uncertainty_m,
-                }));
+            let tile = GroundTile {
+                index: (x as i32, y as i32),
+                origin: self.file.bounds(&columns, &rows).min,
+                spacing_m: self.file.spacing_m,
+                columns: columns.end - columns.start,
+                heights,
+                uncertainty_m: self.file.uncertainty_m,
+            };
+            let tile = thinned(tile, self.step);
+            if tile.heights.iter().any(|height| height.is_finite()) {
+                return Ok(Some(tile));
             }
         }
         Ok(None)

@@ -40,7 +40,7 @@ async fn tiles(bytes: &[u8], region: Region) -> Result<Vec<GroundTile>, LayerErr
     let store: Arc<dyn ObjectStore> = Arc::new(InMemory::new());
     let path = Path::from("s/ground.tif");
     store.put(&path, bytes.to_vec().into()).await.expect("memory");
-    let mut cursor = open(store, path, bytes.len() as u64, region).await?;
+    let mut cursor = open(store, path, bytes.len() as u64, region, 1).await?;
     let mut tiles = Vec::new();
     while let Some(tile) = cursor.next().await? {
         tiles.push(tile);
