@@ -8,7 +8,7 @@ use glam::UVec2;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::camera::{Picture, Survey, Viewpoint, choose_viewpoints, take};
+use crate::camera::{Picture, Survey, Viewpoint, choose_viewpoints, take, there_and_back};
 use crate::description::description;
 use crate::files::Folder;
 use crate::look::{Light, Shader};
@@ -80,6 +80,7 @@ impl Job<'_> {
         self.folder.write_json("footprints.geojson", &cadastre::footprints(&street))?;
         self.folder.create("truth")?;
         self.folder.write_json("truth/buildings.json", &cadastre::footprint_truth(&street))?;
+        self.folder.write_json("truth/walk.json", &there_and_back(&street))?;
         let spots = cadastre::spot_heights(&street, options.seed);
         self.folder.write_json("ground.json", &spots)?;
         let survey = Survey::new(&street, options.seed, options.exposures, options.spheres);

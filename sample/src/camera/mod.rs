@@ -1,6 +1,7 @@
 //! Cameras of the survey, and the pictures that they take.
 
 mod lens;
+mod pedestrian;
 mod picture;
 mod rig;
 mod sphere;
@@ -8,6 +9,7 @@ mod survey;
 mod vehicle;
 mod viewpoint;
 
+pub(crate) use pedestrian::there_and_back;
 pub(crate) use picture::{Picture, take};
 pub(crate) use rig::{BORESIGHT_DEG, HEIGHT_OFFSET_M, Rig, RigPose};
 pub(crate) use sphere::SpherePose;
