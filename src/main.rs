@@ -13,6 +13,7 @@ mod names;
 mod output;
 mod progress;
 mod source;
+mod throttle;
 mod viewpoints;
 
 use std::process::ExitCode;

@@ -20,6 +20,14 @@ pub(crate) fn note(events: &mut Events<'_>, applied: &Applied) {
     applied.coarser.iter().for_each(|(id, level)| events.note_level(id, *level));
 }
 
+/// Where a server listens, and the scene that is meant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct ServerAddress {
+    /// `host:port`.
+    pub(crate) authority: String,
+    pub(crate) scene: Option<String>,
+}
+
 /// A connection to scenes. A store is reached through the same services as a server, in
 /// process, so that nothing downstream can tell them apart.
 pub(crate) struct Source {
@@ -32,14 +40,21 @@ impl Source {
     /// Opens `http://host:port[/scene]`, or a store: a folder or a URL such as
     /// `s3://bucket/prefix`, with or without a scene's name at its end.
     pub(crate) async fn open(text: &str) -> Result<Self, Exit> {
-        let (channel, scene) = if text.starts_with("http://") || text.starts_with("https://") {
-            connect(text).await?
+        let (channel, scene) = if is_server(text) {
+            let address = ServerAddress::parse(text)?;
+            (address.connect(text).await?, address.scene)
         } else {
-            let store = Store::open_existing(text).map_err(store_exit)?;
-            let catalog = Catalog::open([store]).await.map_err(store_exit)?;
-            (flaneur_services::grpc::in_process(catalog).await?, None)
+            (flaneur_services::grpc::in_process(open_store(text).await?).await?, None)
         };
         Ok(Self { text: text.to_owned(), channel, scene })
+    }
+
+    /// Connects to the server at `authority`, `host:port`, for its scene `scene`.
+    pub(crate) async fn of_scene(authority: &str, scene: &str) -> Result<Self, Exit> {
+        let scene = Some(scene.to_owned());
+        let address = ServerAddress { authority: authority.to_owned(), scene };
+        let channel = address.connect(authority).await?;
+        Ok(Self { text: authority.to_owned(), channel, scene: address.scene })
     }
 
     /// The scenes that the source names: one, or all that it holds, by name.
@@ -70,7 +85,8 @@ impl Source {
         Streamer::connect(self.channel.clone(), &scene).await.map_err(stream_exit)
     }
 
-    async fn scene_name(&self) -> Result<String, Exit> {
+    /// The name of the scene that was named, or of the only one.
+    pub(crate) async fn scene_name(&self) -> Result<String, Exit> {
         if let Some(scene) = &self.scene {
             return Ok(scene.clone());
         }
@@ -88,6 +104,17 @@ impl Source {
             }
         }
     }
+}
+
+/// Whether a source is a server rather than a store.
+pub(crate) fn is_server(text: &str) -> bool {
+    text.starts_with("http://") || text.starts_with("https://")
+}
+
+/// The scenes of a store: a folder or a URL.
+pub(crate) async fn open_store(text: &str) -> Result<Catalog, Exit> {
+    let store = Store::open_existing(text).map_err(store_exit)?;
+    Catalog::open([store]).await.map_err(store_exit)
 }
 
 /// What a failure of the services means for the command.
@@ -111,30 +138,37 @@ fn store_exit(error: StoreError) -> Exit {
     }
 }
 
-async fn connect(text: &str) -> Result<(Channel, Option<String>), Exit> {
-    let bad = |problem: &str| {
+impl ServerAddress {
+    /// Reads `http://host:port/scene`.
+    pub(crate) fn parse(text: &str) -> Result<Self, Exit> {
+        let bad = |problem: &str| Self::bad(problem, text);
+        let url = Url::parse(text).map_err(|e| bad(&e.to_string()))?;
+        if url.scheme() != "http" {
+            return Err(bad("https is not spoken here"));
+        }
+        let host = url.host_str().ok_or_else(|| bad("it names no host"))?;
+        let authority = format!("{host}:{}", url.port().unwrap_or(80));
+        let path = url.path().trim_matches('/');
+        if path.contains('/') {
+            return Err(bad("a scene's name holds no '/'"));
+        }
+        let path = percent_decoded(path).ok_or_else(|| bad("its path is not text"))?;
+        Ok(Self { authority, scene: Some(path).filter(|path| !path.is_empty()) })
+    }
+
+    /// Connects; `text` is what the person gave.
+    async fn connect(&self, text: &str) -> Result<Channel, Exit> {
+        let endpoint = Endpoint::from_shared(format!("http://{}", self.authority));
+        let endpoint = endpoint.map_err(|e| Self::bad(&e.to_string(), text))?;
+        endpoint.connect_timeout(CONNECT_TIMEOUT).connect().await.map_err(|error| {
+            let what = format!("cannot connect; is the server running? {text:?}");
+            Exit::Failed(anyhow::Error::new(error).context(what))
+        })
+    }
+
+    fn bad(problem: &str, text: &str) -> Exit {
         Exit::bad_input(anyhow::anyhow!("{problem}; a server is http://host:port/scene: {text:?}"))
-    };
-    let url = Url::parse(text).map_err(|e| bad(&e.to_string()))?;
-    if url.scheme() != "http" {
-        return Err(bad("https is not spoken here"));
     }
-    let authority = match (url.host_str(), url.port()) {
-        (Some(host), Some(port)) => format!("http://{host}:{port}"),
-        (Some(host), None) => format!("http://{host}"),
-        (None, _) => return Err(bad("it names no host")),
-    };
-    let path = url.path().trim_matches('/');
-    if path.contains('/') {
-        return Err(bad("a scene's name holds no '/'"));
-    }
-    let path = percent_decoded(path).ok_or_else(|| bad("its path is not text"))?;
-    let endpoint = Endpoint::from_shared(authority).map_err(|e| bad(&e.to_string()))?;
-    let channel = endpoint.connect_timeout(CONNECT_TIMEOUT).connect().await.map_err(|error| {
-        let what = format!("cannot connect; is the server running? {text:?}");
-        Exit::Failed(anyhow::Error::new(error).context(what))
-    })?;
-    Ok((channel, Some(path).filter(|path| !path.is_empty())))
 }
 
 /// The text that a URL's path stands for, `None` where it is no UTF-8.
@@ -161,6 +195,17 @@ fn percent_decoded(path: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_server_is_named_by_a_url() {
+        let parse = |text: &str| ServerAddress::parse(text).map(|a| (a.authority, a.scene));
+        let good = |text: &str| parse(text).expect("good");
+        assert_eq!(good("http://h:7878/a%20b/"), ("h:7878".to_owned(), Some("a b".to_owned())));
+        assert_eq!(good("http://[::1]"), ("[::1]:80".to_owned(), None));
+        for wrong in ["http://", "https://h/a", "http://h/a/b", "http://h/%ff"] {
+            assert!(matches!(parse(wrong), Err(Exit::BadInput(_))), "{wrong}");
+        }
+    }
 
     #[test]
     fn escapes_in_a_url_stand_for_their_characters() {

@@ -42,6 +42,8 @@ pub(crate) struct Listed {
     pub(crate) viewpoint: Viewpoint,
     /// The picture of what is to be seen there, as held-out views have one.
     pub(crate) file: Option<String>,
+    /// When a walk is there, seconds.
+    pub(crate) time_s: Option<f64>,
 }
 
 /// The same as it is written. It may say more, as what else there is to know of it.
@@ -54,6 +56,7 @@ struct Entry {
     width: Option<u32>,
     height: Option<u32>,
     file: Option<String>,
+    time_s: Option<f64>,
 }
 
 impl Viewpoint {
@@ -65,6 +68,32 @@ impl Viewpoint {
         match (self.fov_deg.map_or(height, Height::Degrees), self.eye) {
             (Height::Degrees(fov), eye) => View::look(eye, heading, pitch, fov.to_radians(), size),
             (Height::Metres(height), eye) => View::orthographic(eye, heading, pitch, height, size),
+        }
+    }
+
+    /// The same with a vertical field of view of its own, degrees, unless it has one.
+    pub(crate) fn or_fov(self, fov_deg: f64) -> Self {
+        Self { fov_deg: self.fov_deg.or(Some(fov_deg)), ..self }
+    }
+
+    /// The distance to `other`, metres, and the larger of the turns to its heading and to its pitch,
+    /// degrees, from 0 to 180.
+    pub(crate) fn way_to(&self, other: &Self) -> (f64, f64) {
+        let turn = short_way(self.heading_deg, other.heading_deg).abs();
+        (self.eye.distance(other.eye), turn.max((other.pitch_deg - self.pitch_deg).abs()))
+    }
+
+    /// What lies at `share`, 0 to 1, of the way to `other`: positions on a line, headings the short
+    /// way round.
+    pub(crate) fn towards(&self, other: &Self, share: f64) -> Self {
+        let between = |a: f64, b: f64| a + share * (b - a);
+        let heading = self.heading_deg + share * short_way(self.heading_deg, other.heading_deg);
+        Self {
+            eye: self.eye.lerp(other.eye, share),
+            heading_deg: heading.rem_euclid(360.0),
+            pitch_deg: between(self.pitch_deg, other.pitch_deg),
+            fov_deg: self.fov_deg.zip(other.fov_deg).map(|(a, b)| between(a, b)),
+            size: self.size,
         }
     }
 
@@ -119,7 +148,7 @@ pub(crate) fn read_path(path: &Path) -> Result<Vec<Listed>, Exit> {
             _ => return Err(bad("width and height go together".to_owned())),
         };
         let viewpoint = Viewpoint { size, ..viewpoint.map_err(bad)? };
-        Ok(Listed { viewpoint, file: entry.file })
+        Ok(Listed { viewpoint, file: entry.file, time_s: entry.time_s })
     };
     entries.into_iter().enumerate().map(viewpoint).collect()
 }
@@ -143,6 +172,11 @@ pub(crate) fn parse_height(text: &str) -> Result<f64, String> {
     } else {
         Err(format!("the height is {height_m}, must be 0.01 to 100000 metres"))
     }
+}
+
+/// The turn from one heading to another, -180 to 180 degrees.
+fn short_way(from_deg: f64, to_deg: f64) -> f64 {
+    (to_deg - from_deg + 180.0).rem_euclid(360.0) - 180.0
 }
 
 fn check_fov(fov_deg: f64) -> Result<f64, String> {
@@ -193,6 +227,21 @@ mod tests {
     }
 
     #[test]
+    fn the_way_between_views_is_the_short_one() {
+        let view = |heading: f64, pitch: f64| {
+            Viewpoint::new([0.0, 0.0, 2.0, heading, pitch], None).expect("good").or_fov(60.0)
+        };
+        let (a, b) =
+            (view(350.0, 0.0), Viewpoint { eye: DVec3::new(3.0, 4.0, 2.0), ..view(30.0, -10.0) });
+        assert_eq!(a.way_to(&b), (5.0, 40.0));
+        let quarter = a.towards(&b, 0.25);
+        assert_eq!((quarter.eye, quarter.heading_deg), (DVec3::new(0.75, 1.0, 2.0), 0.0));
+        assert_eq!((quarter.pitch_deg, quarter.fov_deg), (-2.5, Some(60.0)));
+        assert_eq!(b.towards(&a, 1.0).heading_deg, 350.0);
+        assert_eq!(view(-720.0, 0.0).way_to(&view(180.0, 0.0)).1, 180.0);
+    }
+
+    #[test]
     fn sizes_have_two_sides_within_limits() {
         assert_eq!("1024x512".parse(), Ok(Size(UVec2::new(1024, 512))));
         for wrong in ["", "1024", "0x5", "-1x5", "1024x512x3", "20000x10", "10000x10000"] {
@@ -215,7 +264,7 @@ mod tests {
         let good = r#"{"position":[1,2,3],"heading_deg":4,"pitch_deg":5,"fov_deg":70}"#;
         let views = read(&format!("[{good}]")).expect("good");
         let viewpoint = Viewpoint::new([1.0, 2.0, 3.0, 4.0, 5.0], Some(70.0)).expect("good");
-        assert_eq!(views, [Listed { viewpoint, file: None }]);
+        assert_eq!(views, [Listed { viewpoint, file: None, time_s: None }]);
         let fault = |text: &str| read(text).expect_err("bad");
         let truth = good.replace("}", r#","width":768,"height":576,"file":"view_001.png"}"#);
         let listed = read(&format!("[{truth}]")).expect("good").remove(0);

@@ -7,6 +7,7 @@ mod ingest;
 mod render;
 mod sample;
 mod serve;
+mod walk;
 
 use clap::Subcommand;
 use tokio_util::sync::CancellationToken;
@@ -28,6 +29,8 @@ pub(crate) enum Command {
     Eval(eval::EvalArguments),
     /// Measure the time that frames take against their error
     Bench(bench::BenchArguments),
+    /// Walk over a slow connection, and measure what is seen when
+    Walk(walk::WalkArguments),
     /// Print what a scene holds
     Info(info::InfoArguments),
     /// Write a synthetic street in the formats of a survey
@@ -59,6 +62,7 @@ impl Command {
             Self::Render(arguments) => render::run(arguments, context).await,
             Self::Eval(arguments) => eval::run(arguments, context).await,
             Self::Bench(arguments) => bench::run(arguments, context).await,
+            Self::Walk(arguments) => walk::run(arguments, context).await,
             Self::Info(arguments) => info::run(arguments, context).await,
             Self::Sample(arguments) => sample::run(arguments, context).await,
         }

@@ -17,13 +17,14 @@ pub(crate) mod speed;
 mod squared_error;
 mod ssim;
 mod stated;
+pub(crate) mod walk;
 
 pub(crate) use bins::Bin;
 pub(crate) use compared::Compared;
 pub(crate) use hold_out::{Choice, Split};
 pub(crate) use method::{METHODS, Making, Method};
 pub(crate) use nearest::nearest_source;
-pub(crate) use page::{Gallery, page, speed_page};
+pub(crate) use page::{Gallery, page, speed_page, walk_page};
 pub(crate) use report::{Described, Report, Row};
 pub(crate) use score::Score;
 pub(crate) use stated::StatedSettings;

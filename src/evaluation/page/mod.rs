@@ -6,12 +6,14 @@ mod markup;
 mod plot;
 mod speed;
 mod table;
+mod walk;
 
 use super::Report;
 pub(crate) use gallery::Gallery;
 use markup::{Escaped, Figure};
 use plot::Plot;
 pub(crate) use speed::speed_page;
+pub(crate) use walk::walk_page;
 
 const STYLE: &str = include_str!("page.css");
 

@@ -1,0 +1,219 @@
+//! The walk itself: a visitor in real time.
+
+use std::time::{Duration, Instant};
+
+use flaneur_renderer::{Frame, Renderer};
+use flaneur_scene::{SceneUpdate, View};
+use flaneur_services::ingest::{Progress, Stage, Unit};
+use flaneur_streamer::{FetchLimits, ViewRequest};
+
+use super::feed::Feed;
+use super::kept::{Kept, Shown};
+use super::link::Link;
+use super::route::Route;
+use crate::commands::Context;
+use crate::evaluation::walk::{Part, Profile};
+use crate::exit::Exit;
+
+/// How long one stands at the end, at most, for what is still to come.
+pub(super) const STAND: Duration = Duration::from_secs(120);
+/// A frame waits no longer than this for what has arrived to be brought to the device; the rest comes
+/// with the next one.
+const APPLYING: Duration = Duration::from_millis(30);
+/// How often one looks whether anything is to be done while nothing arrives.
+const TICK: Duration = Duration::from_millis(10);
+/// What comes on screen goes there smoothly, ever more slowly. A frame that differs from the one before
+/// by no more than this anywhere, in 255ths, is taken for what it will be …
+const REST_255: u8 = 1;
+/// … and so is one after so many without anything new.
+const FRAMES_TO_REST: u32 = 60;
+
+/// What a walk left behind.
+pub(super) struct Walked {
+    pub(super) kept: Kept,
+    pub(super) first_picture: Option<Shown>,
+    pub(super) longest_frame_ms: Option<f64>,
+    pub(super) bytes: u64,
+    pub(super) requests: u64,
+    /// Whether everything that the last view wants had come.
+    pub(super) whole: bool,
+    pub(super) profile: Profile,
+}
+
+/// Someone who walks.
+pub(super) struct Stroll<'a> {
+    route: &'a Route,
+    limits: FetchLimits,
+    renderer: Renderer,
+    started: Instant,
+    walked: Walked,
+    /// The frame on screen.
+    on_screen: Option<(Frame, Shown)>,
+    /// Whether something has arrived that it does not show.
+    news: bool,
+    /// Frames that were drawn since anything was new.
+    unchanged: u32,
+    /// Whether the last frame differed from the one before.
+    restless: bool,
+}
+
+impl<'a> Stroll<'a> {
+    /// Before the first step: time zero is now.
+    pub(super) fn new(
+        route: &'a Route,
+        limits: FetchLimits,
+        renderer: Renderer,
+        kept: Kept,
+    ) -> Self {
+        let walked = Walked {
+            kept,
+            first_picture: None,
+            longest_frame_ms: None,
+            bytes: 0,
+            requests: 0,
+            whole: false,
+            profile: Profile::default(),
+        };
+        let started = Instant::now();
+        let (on_screen, news, unchanged, restless) = (None, false, 0, false);
+        Self { route, limits, renderer, started, walked, on_screen, news, unchanged, restless }
+    }
+
+    /// Connects and walks to the end. What was measured until an error is there all the same.
+    pub(super) async fn walk(&mut self, link: &Link, context: &Context) -> Result<(), Exit> {
+        let stage = context.console.stage("walk", 0, Unit::Bytes);
+        let connect = async {
+            let source = link.throttled().await?;
+            self.walked.profile.connected_ms = Some(self.ms());
+            let streamer = source.streamer().await?;
+            self.walked.profile.scene_ms = Some(self.ms());
+            Ok::<_, Exit>(streamer)
+        };
+        let streamer = tokio::select! {
+            () = context.cancel.cancelled() => return Err(Exit::Interrupted),
+            streamer = connect => streamer?,
+        };
+        let mut feed = Feed::new(streamer, self.request(self.route.view(self.ms() / 1e3)));
+        let outcome = self.follow(&mut feed, &*stage, context).await;
+        (self.walked.bytes, self.walked.requests) = (feed.bytes_received(), feed.requests());
+        if let Some((frame, shown)) = self.on_screen.take()
+            && self.walked.kept.frames().last() != Some(&shown)
+        {
+            self.walked.kept.push(&frame, shown)?;
+        }
+        outcome
+    }
+
+    /// What it left behind; the renderer and what it holds are given up.
+    pub(super) fn into_walked(self) -> Walked {
+        self.walked
+    }
+
+    async fn follow(
+        &mut self,
+        feed: &mut Feed,
+        stage: &dyn Stage,
+        context: &Context,
+    ) -> Result<(), Exit> {
+        let (mut looked, mut said) = (None, 0);
+        loop {
+            if context.cancel.is_cancelled() {
+                return Err(Exit::Interrupted);
+            }
+            let (began, time_s) = (Instant::now(), self.ms() / 1e3);
+            let view = self.route.view(time_s);
+            if looked != Some(view) {
+                self.renderer.expect_eye(view.eye());
+                feed.look(self.request(view));
+                looked = Some(view);
+            }
+            self.apply(feed, began)?;
+            let bytes = feed.bytes_received();
+            stage.advance(bytes.saturating_sub(said));
+            said = bytes;
+            self.news |= self.on_screen.as_ref().is_none_or(|(_, shown)| shown.view != view);
+            let draws = feed.complete_picture() && (self.news || !self.is_at_rest());
+            if draws {
+                self.draw(view, began, bytes)?;
+            }
+            let left_s = time_s - self.route.end_s();
+            let whole = feed.has_all(&view);
+            if left_s >= 0.0 && whole && self.is_at_rest() || left_s > STAND.as_secs_f64() {
+                self.walked.whole = whole;
+                return Ok(());
+            }
+            if draws {
+                tokio::task::yield_now().await;
+            } else {
+                tokio::select! {
+                    () = context.cancel.cancelled() => {}
+                    event = feed.next() => self.take(feed, event?)?,
+                    () = tokio::time::sleep(TICK) => {}
+                }
+            }
+        }
+    }
+
+    /// Brings what has arrived to the renderer.
+    fn apply(&mut self, feed: &mut Feed, began: Instant) -> Result<(), Exit> {
+        while began.elapsed() < APPLYING {
+            let Some(event) = feed.try_next()? else { break };
+            self.take(feed, event)?;
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, feed: &Feed, update: Option<SceneUpdate>) -> Result<(), Exit> {
+        let Some(update) = update else { return Ok(()) };
+        let came_ms = self.ms();
+        let part = Part::of(&update);
+        let applied = tokio::task::block_in_place(|| self.renderer.apply(update))?;
+        if self.walked.first_picture.is_none() {
+            let took_ms = self.ms() - came_ms;
+            self.walked.profile.came(part, came_ms, took_ms);
+        }
+        feed.note(applied);
+        self.news = true;
+        Ok(())
+    }
+
+    fn draw(&mut self, view: View, began: Instant, bytes: u64) -> Result<(), Exit> {
+        let drawing_ms = self.ms();
+        let frame = tokio::task::block_in_place(|| self.renderer.render(&view))?;
+        let shown = Shown { view, ms: self.ms(), bytes };
+        let took_ms = began.elapsed().as_secs_f64() * 1e3;
+        let walked = &mut self.walked;
+        walked.longest_frame_ms = Some(walked.longest_frame_ms.unwrap_or(0.0).max(took_ms));
+        if walked.first_picture.is_none() {
+            walked.first_picture = Some(shown);
+            walked.profile.drawn_from_ms = Some(drawing_ms);
+            tracing::info!(ms = shown.ms, bytes, "first picture");
+        }
+        if walked.kept.is_due(shown.ms) {
+            walked.kept.push(&frame, shown)?;
+        }
+        let before = self.on_screen.as_ref().filter(|(_, before)| before.view == view);
+        self.restless = before.is_none_or(|(before, _)| !is_like(before, &frame));
+        self.unchanged = if std::mem::take(&mut self.news) { 0 } else { self.unchanged + 1 };
+        self.on_screen = Some((frame, shown));
+        Ok(())
+    }
+
+    /// Whether another frame of the same would be the same.
+    fn is_at_rest(&self) -> bool {
+        self.on_screen.is_some() && (!self.restless || self.unchanged >= FRAMES_TO_REST)
+    }
+
+    fn request(&self, view: View) -> ViewRequest {
+        ViewRequest { limits: self.limits, ..ViewRequest::new(view) }
+    }
+
+    /// Since time zero, milliseconds.
+    fn ms(&self) -> f64 {
+        self.started.elapsed().as_secs_f64() * 1e3
+    }
+}
+
+fn is_like(before: &Frame, frame: &Frame) -> bool {
+    before.rgba.iter().zip(&frame.rgba).all(|(a, b)| a.abs_diff(*b) <= REST_255)
+}
