@@ -16,6 +16,7 @@ mod parts;
 mod point;
 mod region;
 mod scene;
+mod stations;
 
 pub use error::FieldError;
 pub use ground::MAX_GROUND_STEP;

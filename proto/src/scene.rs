@@ -1,6 +1,6 @@
 //! Scenes at a glance.
 
-use flaneur_scene::{Bounds3, GroundLayout, OctreeCube, PointSource, SceneInfo, Station};
+use flaneur_scene::{Bounds3, GroundLayout, OctreeCube, PointSource, SceneInfo};
 
 use crate::error::{FieldError, finite, name, positive, required};
 use crate::geometry::point3;
@@ -8,8 +8,6 @@ use crate::v1;
 
 /// Most point sources of a scene: more cannot be addressed by a [`flaneur_scene::PointNodeId`].
 const MAX_SOURCES: usize = u16::MAX as usize;
-/// Most stations of a point source.
-const MAX_STATIONS: usize = 1 << 16;
 
 impl From<SceneInfo> for v1::Scene {
     fn from(info: SceneInfo) -> Self {
@@ -88,7 +86,6 @@ impl From<PointSource> for v1::PointSource {
             offset: Some(source.offset.into()),
             laszip_vlr: source.laszip_vlr.into(),
             extra_bytes_vlr: source.extra_bytes_vlr.into(),
-            stations: source.stations.into_iter().map(v1::Station::from).collect(),
         }
     }
 }
@@ -134,38 +131,8 @@ impl TryFrom<v1::PointSource> for PointSource {
             offset: point3("offset", message.offset)?,
             laszip_vlr: message.laszip_vlr.into(),
             extra_bytes_vlr: message.extra_bytes_vlr.into(),
-            stations: stations(message.stations)?,
         })
     }
-}
-
-impl From<Station> for v1::Station {
-    fn from(station: Station) -> Self {
-        Self { time_s: station.time_s, position: Some(station.position.into()) }
-    }
-}
-
-fn stations(messages: Vec<v1::Station>) -> Result<Vec<Station>, FieldError> {
-    let count = messages.len();
-    if count > MAX_STATIONS {
-        return Err(FieldError::new("stations", format!("holds {count}, at most {MAX_STATIONS}")));
-    }
-    let mut stations: Vec<Station> = Vec::with_capacity(count);
-    for (index, message) in messages.into_iter().enumerate() {
-        let station = station(message, stations.last())
-            .map_err(|e: FieldError| e.within(format_args!("stations[{index}]")))?;
-        stations.push(station);
-    }
-    Ok(stations)
-}
-
-fn station(message: v1::Station, before: Option<&Station>) -> Result<Station, FieldError> {
-    let time_s = finite("time_s", message.time_s)?;
-    if let Some(before) = before.filter(|before| before.time_s >= time_s) {
-        let problem = format!("is {time_s}, must exceed {} before it", before.time_s);
-        return Err(FieldError::new("time_s", problem));
-    }
-    Ok(Station { time_s, position: point3("position", message.position)? })
 }
 
 fn bounds(message: Option<v1::Bounds3>) -> Result<Bounds3, FieldError> {
@@ -196,10 +163,6 @@ mod tests {
     use glam::{DVec2, DVec3};
     use proptest::prelude::*;
 
-    fn station(time_s: f64, x: f64) -> Station {
-        Station { time_s, position: DVec3::new(x, 6.86e6, 30.0) }
-    }
-
     fn example_source() -> PointSource {
         PointSource {
             name: "drive 1".into(),
@@ -212,7 +175,6 @@ mod tests {
             offset: DVec3::new(651_000.0, 6.86e6, 0.0),
             laszip_vlr: vec![3, 0, 0],
             extra_bytes_vlr: vec![],
-            stations: vec![station(-1.5, 651_000.0), station(1.3e9, 651_003.0)],
         }
     }
 
@@ -262,14 +224,6 @@ mod tests {
         assert_eq!(field(scale), "point_sources[0].scale.y");
         let cube = |m: &mut v1::Scene| m.point_sources[0].cube_half_size_m = -1.0;
         assert_eq!(field(cube), "point_sources[0].cube_half_size_m");
-        let order = |m: &mut v1::Scene| m.point_sources[0].stations.reverse();
-        assert_eq!(field(order), "point_sources[0].stations[1].time_s");
-        let place = |m: &mut v1::Scene| m.point_sources[1].stations[0].position = None;
-        assert_eq!(field(place), "point_sources[1].stations[0].position");
-        let many = |m: &mut v1::Scene| {
-            m.point_sources[0].stations = vec![v1::Station::default(); MAX_STATIONS + 1];
-        };
-        assert_eq!(field(many), "point_sources[0].stations");
         let bounds = |m: &mut v1::Scene| {
             m.point_sources[0].bounds = Some(Bounds3::EMPTY.into());
         };

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds3, GroundLayout, OctreeCube, Station};
+use crate::{Bounds3, GroundLayout, OctreeCube};
 
 /// A scene at a glance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,7 +55,4 @@ pub struct PointSource {
     pub laszip_vlr: Vec<u8>,
     /// Payload of the extra-bytes VLR, empty where there is none.
     pub extra_bytes_vlr: Vec<u8>,
-    /// Where it was taken from, ascending in time; empty where its points have no times.
-    #[serde(default)]
-    pub stations: Vec<Station>,
 }

@@ -11,6 +11,7 @@ use super::octrees::Octree;
 use super::pieces::{Pieces, READ_AHEAD};
 use super::{MessageStream, Services, status};
 use crate::layers::copc::{Page, PageAddress, PageEntry, PageItem};
+use crate::layers::stations;
 use crate::store::{PointsLayer, Scene};
 
 /// Entries of a message, each of at most 41 bytes: a page with more comes in several.
@@ -86,6 +87,25 @@ impl v1::point_service_server::PointService for Services {
             }
         });
         Ok(Response::new(chunks.buffered(READ_AHEAD).try_flatten().boxed()))
+    }
+
+    async fn get_stations(
+        &self,
+        request: Request<v1::GetStationsRequest>,
+    ) -> Result<Response<v1::GetStationsResponse>, Status> {
+        let request = request.into_inner();
+        let scene = self.scene(&request.scene).await?;
+        let layer = source(&scene, &request.source)?;
+        let stations = match &layer.stations {
+            None => v1::Stations::default(),
+            Some(file) => {
+                let (store, path, size) = super::object(&scene, file)?;
+                let stations = stations::read(&*store, &path, size).await;
+                let what = format!("the stations of point source {:?}", layer.source);
+                stations.map_err(|e| status::of_layer(&what, &e))?
+            }
+        };
+        Ok(Response::new(v1::GetStationsResponse { stations: Some(stations) }))
     }
 }
 

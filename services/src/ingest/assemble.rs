@@ -54,7 +54,10 @@ pub(super) fn assemble(
     for staged in &built.points {
         let source = staged.source.name.clone();
         let file = entry(&format!("points/{source}"), "copc.laz", &staged.file)?;
-        points.push(PointsLayer { source, file });
+        let stations = staged.stations.as_deref();
+        let stations =
+            stations.map(|file| entry(&format!("points/{source}"), "stations.json", file));
+        points.push(PointsLayer { source, file, stations: stations.transpose()? });
     }
     let mut ground = None;
     if let Some(staged) = &built.ground {

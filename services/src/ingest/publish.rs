@@ -246,8 +246,9 @@ async fn unless_cancelled<T>(job: &Job, work: impl Future<Output = T>) -> Result
 /// The layers' own files.
 fn layer_files(manifest: &Manifest) -> impl Iterator<Item = &crate::store::FileEntry> {
     let points = manifest.points.iter().map(|layer| &layer.file);
+    let stations = manifest.points.iter().filter_map(|layer| layer.stations.as_ref());
     let ground = manifest.ground.iter().map(|layer| &layer.file);
     let footprints = manifest.footprints.iter().map(|layer| &layer.file);
     let panoramas = manifest.panoramas.iter().map(|layer| &layer.file);
-    points.chain(ground).chain(footprints).chain(panoramas)
+    points.chain(stations).chain(ground).chain(footprints).chain(panoramas)
 }

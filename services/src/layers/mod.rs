@@ -1,6 +1,6 @@
 //! The stored formats of a scene's layers, each a standard one that can be read without
 //! Flaneur: FlatGeobuf for footprints and panoramas, GeoTIFF for the ground, COPC for points,
-//! JPEG pyramids for photographs.
+//! JPEG pyramids for photographs, JSON for where points were taken from.
 //!
 //! A layer's file holds both its writer, used by [`crate::ingest`], and its reader, used by
 //! [`crate::grpc`], so that the two cannot drift apart.
@@ -12,6 +12,7 @@ pub mod fgb;
 pub mod footprints;
 pub mod ground;
 pub mod panoramas;
+pub mod stations;
 
 pub use attributes::AttributeColumns;
 pub use error::LayerError;

@@ -67,13 +67,15 @@ pub struct PanoramasLayer {
     pub file: FileEntry,
 }
 
-/// `points/{source}.{version}.copc.laz`.
+/// `points/{source}.{version}.copc.laz`, and `points/{source}.{version}.stations.json`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PointsLayer {
     /// Name of the point source.
     pub source: String,
     /// The COPC file.
     pub file: FileEntry,
+    /// Where it was taken from, where its points have times.
+    pub stations: Option<FileEntry>,
 }
 
 impl Manifest {

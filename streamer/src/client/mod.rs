@@ -12,7 +12,7 @@ use flaneur_proto::v1::panorama_service_client::PanoramaServiceClient;
 use flaneur_proto::v1::point_service_client::PointServiceClient;
 use flaneur_proto::v1::scene_service_client::SceneServiceClient;
 use flaneur_proto::{FieldError, v1};
-use flaneur_scene::{Footprint, GroundTile, Node, NodeKey, Panorama, Region, SceneInfo};
+use flaneur_scene::{Footprint, GroundTile, Node, NodeKey, Panorama, Region, SceneInfo, Station};
 use futures::Stream;
 use prost::Message;
 use tokio::sync::Semaphore;
@@ -182,6 +182,19 @@ impl Client {
         let mut client = PointServiceClient::new(self.channel.clone());
         let parts = self.open(call, client.stream_chunks(request)).await?;
         Ok(Payloads::new(parts, nodes, limit))
+    }
+
+    /// Where a point source was taken from.
+    pub(crate) async fn stations(&self, source: &str) -> Result<Vec<Station>, StreamError> {
+        let call = "GetStations";
+        self.traffic.request();
+        let (scene, source) = (self.scene.clone(), source.to_owned());
+        let mut client = PointServiceClient::new(self.channel.clone());
+        let request = v1::GetStationsRequest { scene, source };
+        let message = in_time(call, client.get_stations(request)).await?.into_inner();
+        self.traffic.received(message.encoded_len());
+        let stations = message.stations.unwrap_or_default();
+        stations.try_into().map_err(|e: FieldError| StreamError::field(call)(e.within("stations")))
     }
 
     /// One page of a point source's hierarchy.

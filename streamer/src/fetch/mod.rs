@@ -5,7 +5,7 @@ mod mesh;
 mod points;
 
 use std::collections::{BTreeSet, HashMap, HashSet};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex};
 
 use flaneur_scene::{SceneInfo, SceneUpdate, TileKey};
 use futures::{Stream, TryStreamExt};
@@ -30,8 +30,8 @@ pub(crate) struct Known {
     masks: Mutex<HashMap<String, Arc<Mask>>>,
     /// Footprint tiles without buildings.
     empty_tiles: Mutex<HashSet<TileKey>>,
-    /// Where each point source was taken from.
-    tracks: OnceLock<Vec<Arc<Track>>>,
+    /// Where point sources, by their index, were taken from.
+    tracks: tokio::sync::Mutex<HashMap<usize, Arc<Track>>>,
     /// Where payloads are decoded.
     decoders: Decoders,
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use flaneur_scene::{PointSource, SceneUpdate};
+use flaneur_scene::SceneUpdate;
 use futures::{Stream, StreamExt, future, stream};
 
 use super::{BATCHES, Fetch};
@@ -45,23 +45,31 @@ impl Fetch {
         stream::iter(batches).buffered(BATCHES)
     }
 
+    /// Where a source was taken from, asked for when its first points are.
+    async fn track(&self, source_index: usize) -> Result<Arc<Track>, StreamError> {
+        let mut tracks = self.known.tracks.lock().await;
+        if let Some(track) = tracks.get(&source_index) {
+            return Ok(Arc::clone(track));
+        }
+        let source = &self.scene.point_sources[source_index];
+        let track = Arc::new(Track::through(&self.client.stations(&source.name).await?));
+        tracks.insert(source_index, Arc::clone(&track));
+        Ok(track)
+    }
+
     async fn point_batch(&self, nodes: Vec<WantedNode>) -> Result<Vec<SceneUpdate>, StreamError> {
         let Some(first) = nodes.first() else { return Ok(Vec::new()) };
         let source_index = usize::from(first.id.source);
         let source = &self.scene.point_sources[source_index];
         let normals = self.request.normals;
-        let tracks = self.known.tracks.get_or_init(|| {
-            let through = |source: &PointSource| Arc::new(Track::through(&source.stations));
-            self.scene.point_sources.iter().map(through).collect()
-        });
-        let track = &tracks[source_index];
+        let track = self.track(source_index).await?;
         let limit = nodes.iter().map(|wanted| u64::from(wanted.node.byte_size)).max().unwrap_or(0);
         let keys = nodes.iter().map(|wanted| wanted.id.key).collect();
         let mut chunks = self.client.chunks(&source.name, keys, limit).await?;
         let mut decoded = Vec::new();
         for wanted in nodes {
             let Some(chunk) = chunks.next().await? else { break };
-            let (scene, track) = (Arc::clone(&self.scene), Arc::clone(track));
+            let (scene, track) = (Arc::clone(&self.scene), Arc::clone(&track));
             let what = format!("node {:?} of point source {:?}", wanted.id.key, source.name);
             decoded.push(async move {
                 let decode = move || {

@@ -252,6 +252,16 @@ async fn hierarchies_come_page_by_page_and_lead_to_every_chunk() {
 }
 
 #[tokio::test]
+async fn stations_come_back_where_there_are_any() {
+    let mut client = PointServiceClient::new(channel().await);
+    for (source, wanted) in [("drive", street::stations()), ("air", vec![])] {
+        let request = v1::GetStationsRequest { scene: SCENE.into(), source: source.into() };
+        let answer = client.get_stations(request).await.expect("there").into_inner();
+        assert_eq!(Vec::try_from(answer.stations.expect("stated")), Ok(wanted), "{source}");
+    }
+}
+
+#[tokio::test]
 async fn nothing_asked_is_nothing_answered() {
     let channel = channel().await;
     let far = Region::Disc { centre: DVec2::splat(1e7), radius_m: 1.0 };

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use flaneur_scene::{
     Bounds3, Footprint, Intrinsics, Lens, Mask, OctreeCube, Panorama, PointSource, Polygon,
-    Projection, RigCamera, StoredImage, world_from_rig,
+    Projection, RigCamera, Station, StoredImage, world_from_rig,
 };
 use glam::{DMat3, DVec2, DVec3, UVec2};
 use object_store::ObjectStore;
@@ -18,6 +18,7 @@ use crate::layers::copc::{deep_tree, write_copc};
 use crate::layers::footprints::FootprintsWriter;
 use crate::layers::ground::{self, GroundGrid};
 use crate::layers::panoramas::{self, image_path, mask_path};
+use crate::layers::stations;
 use crate::store::{
     FileEntry, FootprintsLayer, GroundLayer, Manifest, PanoramasLayer, PointsLayer, SceneFolder,
     Store,
@@ -104,6 +105,15 @@ fn stored(bytes: &[u8]) -> StoredImage {
     StoredImage { bytes: bytes.len() as u64, crc32: crc32fast::hash(bytes) }
 }
 
+/// Where the drive was, in steps that are sent without loss.
+pub(super) fn stations() -> Vec<Station> {
+    let station = |i: u32| Station {
+        time_s: 0.125 * f64::from(i),
+        position: DVec3::new(f64::from(i), 0.5, 32.0),
+    };
+    (0..50).map(station).collect()
+}
+
 /// The stored bytes of the one mask.
 pub(super) fn mask() -> Vec<u8> {
     b"a mask".to_vec()
@@ -180,7 +190,12 @@ async fn put_points(folder: &SceneFolder, work: &TempDir, manifest: &mut Manifes
     let bytes = std::fs::read(file).expect("written");
     for name in ["drive", "air"] {
         let file = put(folder, work, &format!("points/{name}.1.copc.laz"), &bytes).await;
-        manifest.points.push(PointsLayer { source: name.into(), file });
+        let mut stations = None;
+        if name == "drive" {
+            let bytes = stations::encode(&self::stations()).expect("ascending");
+            stations = Some(put(folder, work, "points/drive.1.stations.json", &bytes).await);
+        }
+        manifest.points.push(PointsLayer { source: name.into(), file, stations });
         manifest.scene.point_sources.push(PointSource {
             name: name.into(),
             point_count: deep_tree().len() as u64 * u64::from(NODE_POINTS),
@@ -192,7 +207,6 @@ async fn put_points(folder: &SceneFolder, work: &TempDir, manifest: &mut Manifes
             offset: DVec3::ZERO,
             laszip_vlr: vec![3],
             extra_bytes_vlr: vec![],
-            stations: vec![],
         });
     }
 }

@@ -15,13 +15,13 @@ mod decode;
 mod file;
 mod group;
 mod las_header;
+mod moments;
 mod morton;
 mod ordered;
 mod plan;
 mod scan;
 mod spill;
 mod spool;
-mod stations;
 mod summary;
 mod tree;
 
@@ -30,11 +30,10 @@ mod tests;
 
 use std::collections::HashSet;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
-#[cfg(doc)]
-use flaneur_scene::Station;
-use flaneur_scene::{Bounds3, PointSource};
+use flaneur_scene::{Bounds3, PointSource, Station};
 use serde::{Deserialize, Serialize};
 
 pub use scan::{ScannedPoints, scan};
@@ -44,6 +43,7 @@ use self::file::PointFile;
 use self::group::{Group, Layout, WAVEFORM_RECORD, group_files};
 use self::spill::{build_on_disk, fits_in_memory};
 use super::{BadInput, IngestError, Job};
+use crate::layers::stations;
 
 /// Files that a survey names together.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,6 +61,8 @@ pub struct StagedPoints {
     pub source: PointSource,
     /// Where it is.
     pub file: PathBuf,
+    /// The file that says where it was taken from, where the points have times.
+    pub stations: Option<PathBuf>,
 }
 
 /// Makes a COPC in `job.work` of each input, or several where its files differ in scale,
@@ -82,7 +84,6 @@ pub fn ingest_points(job: &Job, inputs: &[PointsInput]) -> Result<Vec<StagedPoin
             staged.extend(ingest_group(job, group)?);
         }
     }
-    stations::bound_all(staged.iter_mut().map(|staged| &mut staged.source.stations));
     Ok(staged)
 }
 
@@ -152,10 +153,22 @@ fn ingest_group(job: &Job, mut group: Group) -> Result<Option<StagedPoints>, Ing
         }
     };
     fs::rename(&part, &path).map_err(|source| write_error(&path, source))?;
-    Ok(Some(StagedPoints { source: point_source(&group, built)?, file: path }))
+    let (source, taken_from) = point_source(&group, built)?;
+    let stations = if taken_from.is_empty() {
+        None
+    } else {
+        let path = job.work.join(format!("{}.stations.json", group.name));
+        let bytes = stations::encode(&taken_from).map_err(io::Error::other);
+        bytes
+            .and_then(|bytes| fs::write(&path, bytes))
+            .map_err(|source| write_error(&path, source))?;
+        Some(path)
+    };
+    Ok(Some(StagedPoints { source, file: path, stations }))
 }
 
-fn point_source(group: &Group, built: Built) -> Result<PointSource, IngestError> {
+/// What the group's COPC holds, and where it was taken from.
+fn point_source(group: &Group, built: Built) -> Result<(PointSource, Vec<Station>), IngestError> {
     let Built { summary, cube, moments } = built;
     let header = group.copc_header(cube);
     let world = |raw: glam::IVec3| raw.as_dvec3() * header.scale + header.offset;
@@ -164,7 +177,7 @@ fn point_source(group: &Group, built: Built) -> Result<PointSource, IngestError>
         .laz_vlr()
         .write_to(&mut laszip_vlr)
         .map_err(|source| write_error(Path::new(&group.name), source))?;
-    Ok(PointSource {
+    let source = PointSource {
         name: group.name.clone(),
         point_count: summary.point_count,
         bounds: Bounds3 { min: world(summary.min), max: world(summary.max) },
@@ -175,6 +188,6 @@ fn point_source(group: &Group, built: Built) -> Result<PointSource, IngestError>
         offset: header.offset,
         laszip_vlr,
         extra_bytes_vlr: group.layout.extra_bytes_vlr.clone(),
-        stations: moments.stations(header.scale, header.offset),
-    })
+    };
+    Ok((source, moments.stations(header.scale, header.offset)))
 }

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
+use flaneur_proto::v1;
 use flaneur_scene::Station;
 use glam::{DVec3, I64Vec3};
 
@@ -11,8 +12,6 @@ use super::scan::raw_position;
 
 /// Most stations of a source. Where it was longer on its way they stand for longer times.
 const MOST_STATIONS: usize = 4096;
-/// Most stations of all sources together, which every client is sent.
-const MOST_OF_ALL: usize = 4 * MOST_STATIONS;
 /// The shortest time that a station stands for, seconds; others are this doubled.
 const SHORTEST_S: f64 = 0.125;
 /// Times are summed in steps of this, seconds: sums of whole numbers do not depend on the order.
@@ -66,7 +65,8 @@ impl SharedMoments {
             })
             .collect();
         // Rounding could make neighbours equal.
-        stations.dedup_by(|next, before| !(next.time_s > before.time_s));
+        let time = v1::Stations::time_steps;
+        stations.dedup_by(|next, before| time(next) <= time(before));
         if stations.len() < 2 { Vec::new() } else { stations }
     }
 }
@@ -136,26 +136,6 @@ impl Sum {
         self.points += other.points;
         self.time += other.time;
         self.raw.iter_mut().zip(other.raw).for_each(|(sum, raw)| *sum += raw);
-    }
-}
-
-/// Leaves every source half its stations, and again, until all together are few enough.
-pub(super) fn bound_all<'a>(sources: impl IntoIterator<Item = &'a mut Vec<Station>>) {
-    let mut sources: Vec<&mut Vec<Station>> = sources.into_iter().collect();
-    while sources.iter().map(|stations| stations.len()).sum::<usize>() > MOST_OF_ALL {
-        for stations in &mut sources {
-            let halved = stations.chunks(2).map(middle).collect::<Vec<Station>>();
-            **stations = if halved.len() < 2 { Vec::new() } else { halved };
-        }
-    }
-}
-
-/// The mean of one or two.
-fn middle(stations: &[Station]) -> Station {
-    let (first, last) = (stations[0], stations[stations.len() - 1]);
-    Station {
-        time_s: 0.5 * (first.time_s + last.time_s),
-        position: first.position.midpoint(last.position),
     }
 }
 
@@ -240,18 +220,6 @@ mod tests {
         assert!((2..=MOST_STATIONS).contains(&stations.len()), "{}", stations.len());
         assert!(stations.windows(2).all(|pair| pair[0].time_s < pair[1].time_s));
         assert!(stations.iter().all(|s| s.time_s.is_finite() && s.position.is_finite()));
-    }
-
-    #[test]
-    fn many_sources_share_what_a_client_is_sent() {
-        let one = stations_of([&*records(drive(300))]);
-        let mut sources = vec![one; 100];
-        bound_all(&mut sources);
-        let left: usize = sources.iter().map(Vec::len).sum();
-        assert!((MOST_OF_ALL / 2..=MOST_OF_ALL).contains(&left), "{left}");
-        assert!(sources[7].windows(2).all(|pair| pair[0].time_s < pair[1].time_s));
-        let mut few = vec![vec![Station { time_s: 0.0, position: DVec3::ZERO }; 2]; MOST_OF_ALL];
-        bound_all(&mut few);
-        assert!(few.iter().all(Vec::is_empty));
+        v1::Stations::try_from(&stations[..]).expect("they can be sent");
     }
 }

@@ -28,12 +28,12 @@ use super::convert::Conversion;
 use super::decode::{Attributes, decode_chunk};
 use super::file::{Chunk, PointFile};
 use super::group::Group;
+use super::moments::SharedMoments;
 use super::morton::{CELL_LEVELS, Grid, node_at};
 use super::ordered::{for_each_ordered, window_within};
 use super::plan::{CountGrid, Plan};
 use super::scan::{MOST_CHUNK_POINTS, raw_position};
 use super::spool::{Regions, Samples};
-use super::stations::SharedMoments;
 use super::summary::finished;
 use super::tree::{
     Key, LEAF_POINTS, LEAST_CHILD, build_tree, code_base, sample_to_end, suitable_grid_bits,

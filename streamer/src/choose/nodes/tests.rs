@@ -15,7 +15,6 @@ fn source(centre: DVec3) -> PointSource {
         offset: centre,
         laszip_vlr: Vec::new(),
         extra_bytes_vlr: Vec::new(),
-        stations: Vec::new(),
     }
 }
 

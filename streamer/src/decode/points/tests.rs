@@ -28,7 +28,6 @@ fn source() -> PointSource {
         offset: DVec3::new(651_000.0, 6_861_000.0, 0.0),
         laszip_vlr,
         extra_bytes_vlr: Vec::new(),
-        stations: Vec::new(),
     }
 }
 
