@@ -18,6 +18,7 @@ mod routes;
 mod scenes;
 mod server;
 mod status;
+mod unsent;
 
 use std::pin::Pin;
 use std::sync::Arc;

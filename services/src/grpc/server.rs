@@ -3,6 +3,7 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
+use futures::TryStreamExt;
 use http::Method;
 use http::header::HeaderName;
 use tokio::net::TcpListener;
@@ -11,6 +12,7 @@ use tonic_health::ServingStatus;
 use tower_http::cors::{Any, CorsLayer};
 
 use super::routes::{Answers, Limits};
+use super::unsent;
 use crate::store::Catalog;
 
 /// How long calls in flight may go on once the server is asked to stop.
@@ -74,6 +76,7 @@ impl Server {
     pub async fn serve(self, stop: impl Future<Output = ()>) -> Result<(), ServeError> {
         let Self { listener, answers, limits, .. } = self;
         let incoming = TcpIncoming::from(listener).with_nodelay(Some(true));
+        let incoming = incoming.inspect_ok(|connection| unsent::limit(connection));
         let (stopping, stopped) = tokio::sync::watch::channel(false);
         let mut builder = tonic::transport::Server::builder()
             .accept_http1(true)
