@@ -175,8 +175,9 @@ impl Cache {
         }
     }
 
-    /// Takes note of how many bytes the present view uses: as much stays for what is new,
-    /// whatever was used twice.
+    /// Takes note of how many bytes the present view asks the cache for, be they found or not: as
+    /// much stays for what is new, whatever was used twice. That is less than the view shows
+    /// where its receiver holds most of that already.
     pub(crate) fn working_set(&self, bytes: u64) {
         self.memory.working_set(bytes);
     }

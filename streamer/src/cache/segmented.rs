@@ -7,7 +7,8 @@
 //! That fails when probation holds less than is used between two uses of an entry: nothing is
 //! ever used again in time, and nothing is ever promoted. A walk does just that: each view uses all
 //! of what it shows, one after the other, and so does the next. Therefore probation
-//! has what is free of protection's room, and is never given less than the working set.
+//! has what is free of protection's room, and is never given less than the working set, where that
+//! fits at all.
 
 use std::hash::Hash;
 
@@ -83,8 +84,8 @@ impl<K: Hash + Eq, V> SegmentedLru<K, V> {
         self.protected.remove(key);
     }
 
-    /// Sets the weight that probation is given at least, as far as there is so much. Nothing is
-    /// dropped.
+    /// Sets the weight that probation is given at least, where the capacity is as much. Nothing
+    /// is dropped.
     pub fn set_working_set(&mut self, weight: u64) {
         self.working_set = weight;
         self.demote();
@@ -100,11 +101,15 @@ impl<K: Hash + Eq, V> SegmentedLru<K, V> {
         self.evicted
     }
 
-    /// What the protected segment may hold: four fifths, or less where the working set is
-    /// larger than the fifth that is left.
+    /// What the protected segment may hold: four fifths, or less where the working set is larger
+    /// than the fifth that is left. A working set that does not fit at all would be
+    /// gone before it is used again however much it is given: it gets the fifth.
     fn protected_limit(&self) -> u64 {
         let four_fifths = self.capacity - self.capacity.div_ceil(5);
-        four_fifths.min(self.capacity.saturating_sub(self.working_set))
+        match self.capacity.checked_sub(self.working_set) {
+            Some(rest) => four_fifths.min(rest),
+            None => four_fifths,
+        }
     }
 
     fn demote(&mut self) {

@@ -81,3 +81,6 @@ impl Drop for Turn<'_> {
         drop(self.ledger.file.unlock());
     }
 }
+
+#[cfg(test)]
+mod tests;
