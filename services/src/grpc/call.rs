@@ -2,24 +2,24 @@
 //!
 //! tonic applies a deadline to the answer's head only; here it also ends the stream behind it.
 
-use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::task::{Context, Poll, ready};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::middleware::Next;
 use axum::response::Response;
-use bytes::Bytes;
 use http::header::CONTENT_TYPE;
 use http::{HeaderMap, HeaderValue};
-use http_body::{Frame, SizeHint};
-use tokio::time::Sleep;
+use tokio::time::Instant;
 use tonic::{Code, Status};
 
+use super::body::{CallBody, Ending, expired};
+use super::connections::Closer;
 use super::metrics::Metrics;
+use super::routes::Limits;
+use super::status;
 
 /// Counts and limits the calls of one server.
 #[derive(Clone)]
@@ -27,12 +27,13 @@ pub(super) struct Calls {
     pub(super) metrics: Metrics,
     in_flight: Arc<AtomicUsize>,
     limit: usize,
+    patience: Duration,
 }
 
 impl Calls {
-    /// At most `limit` calls at a time.
-    pub(super) fn new(metrics: Metrics, limit: usize) -> Self {
-        Self { metrics, in_flight: Arc::default(), limit }
+    /// At most so many calls at a time as `limits` say, of clients that take what they ask for.
+    pub(super) fn new(metrics: Metrics, limits: &Limits) -> Self {
+        Self { metrics, in_flight: Arc::default(), limit: limits.calls, patience: limits.patience }
     }
 }
 
@@ -47,40 +48,43 @@ pub(super) async fn around(State(calls): State<Calls>, request: Request, next: N
     }
     let mut call = Call::begin(calls, request.uri().path());
     if call.too_many {
-        let status = Status::resource_exhausted("the server has too many calls; try again");
+        let status = status::too_many_calls();
         call.code = Some(status.code());
         return refusal(&status);
     }
     let deadline = match timeout(request.headers()) {
-        Ok(timeout) => timeout.map(tokio::time::sleep).map(Box::pin),
+        Ok(timeout) => timeout.and_then(|timeout| Instant::now().checked_add(timeout)),
         Err(()) => {
             let status = Status::invalid_argument("grpc-timeout: is no duration");
             call.code = Some(status.code());
             return refusal(&status);
         }
     };
-    let (deadline, response) = match deadline {
-        None => (None, next.run(request).await),
-        Some(mut deadline) => tokio::select! {
-            response = next.run(request) => (Some(deadline), response),
-            () = &mut deadline => {
+    let closer = request.extensions().get::<Closer>().cloned();
+    let response = match deadline {
+        None => next.run(request).await,
+        Some(deadline) => match tokio::time::timeout_at(deadline, next.run(request)).await {
+            Ok(response) => response,
+            Err(_) => {
                 call.code = Some(Code::DeadlineExceeded);
                 return refusal(&expired());
             }
         },
     };
     call.code = code(response.headers());
-    response.map(|body| Body::new(CallBody { body, deadline, call, ended: false }))
+    let ending = Ending { deadline, patience: call.calls.patience, closer };
+    response.map(|body| Body::new(CallBody::new(body, call, ending)))
 }
 
 /// A call in flight; counted when it is dropped.
-struct Call {
+pub(super) struct Call {
     calls: Calls,
     method: String,
     started: Instant,
-    bytes: u64,
+    /// Bytes of its answer so far.
+    pub(super) bytes: u64,
     /// How it ended, once that is known.
-    code: Option<Code>,
+    pub(super) code: Option<Code>,
     too_many: bool,
 }
 
@@ -111,67 +115,9 @@ impl Drop for Call {
     }
 }
 
-/// A response's body, watched: bytes are counted, the status is noted, and at the deadline
-/// what is left of it is dropped.
-struct CallBody {
-    body: Body,
-    deadline: Option<Pin<Box<Sleep>>>,
-    call: Call,
-    ended: bool,
-}
-
-impl http_body::Body for CallBody {
-    type Data = Bytes;
-    type Error = axum::Error;
-
-    fn poll_frame(
-        self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-    ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
-        let this = self.get_mut();
-        if this.ended {
-            return Poll::Ready(None);
-        }
-        if let Some(deadline) = &mut this.deadline
-            && deadline.as_mut().poll(context).is_ready()
-        {
-            this.ended = true;
-            this.body = Body::empty();
-            this.call.code = Some(Code::DeadlineExceeded);
-            let mut trailers = HeaderMap::new();
-            // Only a message that is no header value could fail, and this one is.
-            let _ = expired().add_header(&mut trailers);
-            return Poll::Ready(Some(Ok(Frame::trailers(trailers))));
-        }
-        let frame = ready!(Pin::new(&mut this.body).poll_frame(context));
-        if let Some(Ok(frame)) = &frame {
-            if let Some(data) = frame.data_ref() {
-                this.call.bytes += data.len() as u64;
-            }
-            if let Some(trailers) = frame.trailers_ref() {
-                this.call.code = code(trailers);
-            }
-        }
-        Poll::Ready(frame)
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.ended || self.body.is_end_stream()
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        // At the deadline the body ends early, so it promises nothing.
-        SizeHint::default()
-    }
-}
-
 /// The status among headers or trailers, where it is there.
-fn code(headers: &HeaderMap) -> Option<Code> {
+pub(super) fn code(headers: &HeaderMap) -> Option<Code> {
     headers.get(Status::GRPC_STATUS).map(|value| Code::from_bytes(value.as_bytes()))
-}
-
-fn expired() -> Status {
-    Status::deadline_exceeded("the deadline passed before the answer was complete")
 }
 
 fn refusal(status: &Status) -> Response {

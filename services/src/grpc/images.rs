@@ -5,18 +5,18 @@ use std::sync::Arc;
 
 use flaneur_proto::{FieldError, MAX_KEYS, v1};
 use flaneur_scene::Region;
-use futures::stream::{self, StreamExt, TryStreamExt};
+use futures::stream::{StreamExt, TryStreamExt};
 use tonic::Status;
 
 use super::panoramas::LAYER;
-use super::pieces::{Pieces, READ_AHEAD};
+use super::pieces::{Part, Payload, parts};
 use super::{MessageStream, Services, status};
 use crate::layers::panoramas::{self, image_path, mask_path};
 use crate::store::Scene;
 
 /// The cameras of every panorama of a scene, by the panorama's name.
 ///
-/// All of them are held in memory while the scene is in use, about 150 bytes a camera.
+/// All of them are held in memory while the scene is in use, about 200 bytes a camera.
 pub(super) struct ImageIndex {
     cameras: HashMap<Box<str>, Box<[IndexedCamera]>>,
 }
@@ -24,8 +24,17 @@ pub(super) struct ImageIndex {
 struct IndexedCamera {
     id: Box<str>,
     version: Box<str>,
-    mask: Option<Box<str>>,
-    levels: u32,
+    mask: Option<(Box<str>, u64)>,
+    /// Bytes of each level.
+    levels: Box<[u64]>,
+}
+
+/// Where an image lies.
+struct Located {
+    /// Below the scene.
+    path: String,
+    bytes: u64,
+    media_type: &'static str,
 }
 
 impl Services {
@@ -42,27 +51,24 @@ impl Services {
         let index = self.image_index(&scene).await?;
         let mut wanted = Vec::with_capacity(keys.len());
         for (position, key) in keys.into_iter().enumerate() {
-            let (path, media_type) = index.locate(&scene, &key).map_err(|e| e.at(position))?;
-            let path = scene.folder.path(&path).map_err(|e| status::of_store(&e))?;
-            wanted.push((key, path, media_type));
+            let located = index.locate(&scene, &key).map_err(|e| e.at(position))?;
+            let path = scene.folder.path(&located.path).map_err(|e| status::of_store(&e))?;
+            let what = format!("image {}/{}", key.panorama, key.camera);
+            let about = (key, located.media_type);
+            wanted.push(Payload { path, range: 0..located.bytes, what, about });
         }
-        let store = scene.folder.object_store();
-        let images = stream::iter(wanted).map(move |(key, path, media_type)| {
-            let store = store.clone();
-            async move {
-                let what = format!("image {}/{}", key.panorama, key.camera);
-                let pieces = Pieces::open(store, path, what).await?;
-                let total_bytes = pieces.total();
-                Ok::<_, Status>(pieces.parts().map_ok(move |(offset, data)| v1::ImagePart {
-                    image: Some(key.clone()),
-                    media_type: media_type.to_owned(),
-                    total_bytes,
-                    offset,
-                    data,
-                }))
+        let parts = parts(scene.folder.object_store(), self.ahead.clone(), wanted);
+        let images = parts.map_ok(|part: Part<(v1::ImageKey, &str)>| {
+            let (key, media_type) = &part.payload.about;
+            v1::ImagePart {
+                image: Some(key.clone()),
+                media_type: (*media_type).to_owned(),
+                total_bytes: part.payload.total(),
+                offset: part.offset,
+                data: part.data,
             }
         });
-        Ok(images.buffered(READ_AHEAD).try_flatten().boxed())
+        Ok(images.boxed())
     }
 
     async fn image_index(&self, scene: &Scene) -> Result<Arc<ImageIndex>, Status> {
@@ -86,10 +92,10 @@ impl ImageIndex {
                 .cameras
                 .into_iter()
                 .map(|camera| IndexedCamera {
-                    levels: camera.level_count(),
+                    levels: camera.levels.iter().map(|level| level.bytes).collect(),
                     id: camera.id.into(),
                     version: camera.version.into(),
-                    mask: camera.mask.map(|mask| mask.name.into()),
+                    mask: camera.mask.map(|mask| (mask.name.into(), mask.image.bytes)),
                 })
                 .collect();
             bytes +=
@@ -99,8 +105,7 @@ impl ImageIndex {
         Ok((Self { cameras }, bytes))
     }
 
-    /// Path below the scene and media type of an image.
-    fn locate(&self, scene: &Scene, key: &v1::ImageKey) -> Result<(String, &'static str), Missing> {
+    fn locate(&self, scene: &Scene, key: &v1::ImageKey) -> Result<Located, Missing> {
         key.image_id().map_err(Missing::Field)?;
         let missing = |kind, name: String, place| Missing::Thing { kind, name, place };
         let in_scene = format!("scene {:?}", scene.folder.name());
@@ -115,16 +120,21 @@ impl ImageIndex {
             .ok_or_else(|| missing("camera", format!("{:?}", key.camera), in_panorama.clone()))?;
         let in_image = format!("image {}/{} of {in_scene}", key.panorama, key.camera);
         match v1::ImageLayer::try_from(key.layer) {
-            Ok(v1::ImageLayer::Colour) if key.level < camera.levels => {
-                let path = image_path(&key.panorama, &key.camera, &camera.version, key.level);
-                Ok((path, "image/jpeg"))
-            }
-            Ok(v1::ImageLayer::Colour) => {
-                let place = format!("{in_image}, which has {}", camera.levels);
-                Err(missing("level", key.level.to_string(), place))
-            }
+            Ok(v1::ImageLayer::Colour) => match camera.levels.get(key.level as usize) {
+                Some(&bytes) => {
+                    let path = image_path(&key.panorama, &key.camera, &camera.version, key.level);
+                    Ok(Located { path, bytes, media_type: "image/jpeg" })
+                }
+                None => {
+                    let place = format!("{in_image}, which has {}", camera.levels.len());
+                    Err(missing("level", key.level.to_string(), place))
+                }
+            },
             Ok(v1::ImageLayer::Mask) => match &camera.mask {
-                Some(mask) if key.level == 0 => Ok((mask_path(mask), "image/png")),
+                Some((mask, bytes)) if key.level == 0 => {
+                    let path = mask_path(mask);
+                    Ok(Located { path, bytes: *bytes, media_type: "image/png" })
+                }
                 Some(_) => Err(missing("mask of level", key.level.to_string(), in_image)),
                 None => Err(missing("mask", "of its own".to_owned(), in_image)),
             },
@@ -138,8 +148,9 @@ impl ImageIndex {
 
 impl IndexedCamera {
     fn bytes(&self) -> usize {
-        let mask = self.mask.as_ref().map_or(0, |mask| mask.len());
-        size_of::<Self>() + self.id.len() + self.version.len() + mask + 48
+        let mask = self.mask.as_ref().map_or(0, |(mask, _)| mask.len());
+        let levels = size_of_val(&*self.levels);
+        size_of::<Self>() + self.id.len() + self.version.len() + mask + levels + 64
     }
 }
 

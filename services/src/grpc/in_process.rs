@@ -7,8 +7,11 @@ use tokio_stream::wrappers::ReceiverStream;
 use tonic::transport::{Channel, Endpoint};
 
 use super::routes::{Answers, Limits};
-use super::server::{ServeError, WINDOW};
+use super::server::ServeError;
 use crate::store::Catalog;
+
+/// Bytes that may be under way unacknowledged, by stream and by connection.
+const WINDOW: (u32, u32) = (4 << 20, 16 << 20);
 
 /// Bytes that a pipe holds before its writer waits.
 const PIPE_BYTES: usize = 1 << 20;
@@ -20,8 +23,6 @@ pub async fn in_process(catalog: Catalog) -> Result<Channel, ServeError> {
     let answers = Answers::new(catalog, &limits).await?;
     let (pipes, incoming) = mpsc::channel::<Result<DuplexStream, std::io::Error>>(1);
     let server = tonic::transport::Server::builder()
-        .initial_stream_window_size(WINDOW.0)
-        .initial_connection_window_size(WINDOW.1)
         .add_routes(answers.routes)
         .serve_with_incoming(ReceiverStream::new(incoming));
     tokio::spawn(async move {

@@ -4,7 +4,9 @@
 //! [`routes`]. Every stream is pulled by its client: nothing is read that was not asked for,
 //! and when a client goes away, or its deadline passes, reading ends with its stream.
 
+mod body;
 mod call;
+mod connections;
 mod footprints;
 mod ground;
 mod images;
@@ -32,6 +34,7 @@ use crate::cache::ByteCache;
 use crate::store::{Catalog, FileEntry, Scene};
 use images::ImageIndex;
 use octrees::Octrees;
+use pieces::Ahead;
 
 pub use in_process::in_process;
 pub use routes::Limits;
@@ -40,7 +43,7 @@ pub use server::{ServeError, Server};
 /// Most bytes of a message, well under the 4 MiB that clients take by default.
 const MAX_MESSAGE_BYTES: usize = 3 << 20;
 
-/// Bytes that the image indexes of all scenes may take: some three million photographs.
+/// Bytes that the image indexes of all scenes may take: some two million photographs.
 const IMAGE_INDEX_BYTES: usize = 512 << 20;
 
 /// The services over a catalog of scenes. Cheap to clone; keeps nothing that the stores do not
@@ -50,6 +53,7 @@ struct Services {
     catalog: Catalog,
     octrees: Arc<Octrees>,
     image_indexes: Arc<ByteCache<Version, ImageIndex>>,
+    ahead: Ahead,
 }
 
 /// Messages that are made as the client takes them.
@@ -64,6 +68,7 @@ impl Services {
             catalog,
             octrees: Arc::new(Octrees::new()),
             image_indexes: Arc::new(ByteCache::new(IMAGE_INDEX_BYTES)),
+            ahead: Ahead::new(),
         }
     }
 

@@ -1,107 +1,242 @@
-//! Objects and ranges of objects on their way from the store to a client, in parts.
+//! Ranges of objects on their way from the store to a client, in parts.
 //!
-//! Nothing is read before the client has taken what came before, but for [`READ_AHEAD`].
+//! Nothing is read that the client has not asked for by taking what came before, but for a
+//! little ahead, which hides the store's latency. What a client that takes nothing makes the
+//! server hold is bounded: [`FREE_BYTES`], and more only as far as the client has shown that it
+//! takes so much, and as all streams together stay within [`AHEAD_BYTES`]. Where those are used
+//! up, streams go on without.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use flaneur_proto::split;
-use futures::stream::{self, Stream, StreamExt, TryStreamExt};
+use flaneur_proto::{PART_BYTES, split};
+use futures::future::BoxFuture;
+use futures::stream::{self, FuturesOrdered, Stream, StreamExt, TryStreamExt};
 use object_store::path::Path;
-use object_store::{GetOptions, GetRange, ObjectStore, ObjectStoreExt};
+use object_store::{ObjectStore, ObjectStoreExt};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tonic::Status;
 
 use super::status;
 
-/// Payloads of a request that are fetched at a time, to hide the store's latency.
-pub(super) const READ_AHEAD: usize = 4;
+/// Pieces of a stream that are read at a time.
+const READ_AHEAD: usize = 4;
 
-/// Bytes that are asked of the store at once. With [`READ_AHEAD`], a stream holds four times
-/// as much at most.
-const PIECE_BYTES: u64 = 8 << 20;
+/// Bytes that every stream may hold: a part.
+const FREE_BYTES: u64 = PART_BYTES as u64;
 
-/// A range of an object whose first piece has been read.
-pub(super) struct Pieces {
-    store: Arc<dyn ObjectStore>,
-    path: Path,
-    /// What the object is called in messages.
-    what: String,
-    range: Range<u64>,
-    first: Bytes,
+/// Bytes that a stream may hold at most.
+const STREAM_BYTES: u64 = 8 << 20;
+
+/// Bytes that are asked of the store at once.
+const PIECE_BYTES: u64 = 2 << 20;
+
+/// Bytes that all streams together may hold beyond [`FREE_BYTES`] each.
+const AHEAD_BYTES: u64 = 256 << 20;
+
+/// Bytes of a permit of [`Ahead`].
+const PERMIT_BYTES: u64 = 1 << 10;
+
+/// What streams may hold beyond what is free, of a whole server.
+#[derive(Clone)]
+pub(super) struct Ahead(Arc<Semaphore>);
+
+impl Ahead {
+    pub(super) fn new() -> Self {
+        Self(Arc::new(Semaphore::new((AHEAD_BYTES / PERMIT_BYTES) as usize)))
+    }
+
+    /// Room for so many bytes, where there is any.
+    fn take(&self, bytes: u64) -> Option<OwnedSemaphorePermit> {
+        let permits = u32::try_from(bytes.div_ceil(PERMIT_BYTES)).ok()?;
+        Arc::clone(&self.0).try_acquire_many_owned(permits).ok()
+    }
 }
 
-impl Pieces {
-    /// A whole object, of a size that is not known yet.
-    pub(super) async fn open(
-        store: Arc<dyn ObjectStore>,
-        path: Path,
-        what: String,
-    ) -> Result<Self, Status> {
-        let failed = |e: object_store::Error| status::of_object_store(&what, &e);
-        let range = Some(GetRange::Bounded(0..PIECE_BYTES));
-        let options = GetOptions { range, ..GetOptions::default() };
-        let result = store.get_opts(&path, options).await.map_err(failed)?;
-        let range = 0..result.meta.size;
-        let first = result.bytes().await.map_err(failed)?;
-        Self { store, path, what, range, first }.checked()
-    }
+/// A range of an object that a client asked for.
+pub(super) struct Payload<M> {
+    /// The object.
+    pub(super) path: Path,
+    /// Which bytes of it; not none.
+    pub(super) range: Range<u64>,
+    /// What it is called in messages.
+    pub(super) what: String,
+    /// What is sent with each part.
+    pub(super) about: M,
+}
 
-    /// A range of an object.
-    pub(super) async fn range(
-        store: Arc<dyn ObjectStore>,
-        path: Path,
-        range: Range<u64>,
-        what: String,
-    ) -> Result<Self, Status> {
-        let piece = range.start..range.end.min(range.start + PIECE_BYTES);
-        let first = store.get_range(&path, piece).await;
-        let first = first.map_err(|e| status::of_object_store(&what, &e))?;
-        Self { store, path, what, range, first }.checked()
-    }
+/// A part of a payload.
+pub(super) struct Part<M> {
+    /// The payload it is a part of.
+    pub(super) payload: Arc<Payload<M>>,
+    /// Its place in the payload.
+    pub(super) offset: u64,
+    /// Its bytes.
+    pub(super) data: Bytes,
+}
 
+impl<M> Payload<M> {
     /// Bytes of all parts together.
     pub(super) fn total(&self) -> u64 {
         self.range.end - self.range.start
     }
+}
 
-    /// The parts with their offsets from the start of the range.
-    pub(super) fn parts(self) -> impl Stream<Item = Result<(u64, Bytes), Status>> {
-        let start = self.range.start;
-        let second = start + self.first.len() as u64;
-        let first = stream::once(std::future::ready(Ok((0, self.first.clone()))));
-        let further = stream::try_unfold((self, second), move |(this, from)| async move {
-            if from >= this.range.end {
-                return Ok(None);
-            }
-            let piece = this.read(from).await?;
-            let next = from + piece.len() as u64;
-            Ok::<_, Status>(Some(((from - start, piece), (this, next))))
-        });
-        first
-            .chain(further)
-            .map_ok(|(base, piece)| {
-                let parts: Vec<_> = split(&piece).map(|(at, part)| Ok((base + at, part))).collect();
-                stream::iter(parts)
-            })
-            .try_flatten()
+/// The parts of the payloads, one payload after the other, read as they are taken.
+pub(super) fn parts<M: Send + Sync + 'static>(
+    store: Arc<dyn ObjectStore>,
+    ahead: Ahead,
+    payloads: Vec<Payload<M>>,
+) -> impl Stream<Item = Result<Part<M>, Status>> + Send {
+    let waiting = payloads.into_iter().map(Arc::new).map(|payload| (payload, 0)).collect();
+    let reader = Reader { store, ahead, waiting, window: FuturesOrdered::new(), held: 0, taken: 0 };
+    stream::try_unfold(reader, Reader::next)
+        .map_ok(|piece| stream::iter(piece.parts()).map(Ok))
+        .try_flatten()
+}
+
+struct Reader<M> {
+    store: Arc<dyn ObjectStore>,
+    ahead: Ahead,
+    /// Payloads that are not yet read to their end, and how much of each is.
+    waiting: VecDeque<(Arc<Payload<M>>, u64)>,
+    /// Reads under way or done, in order.
+    window: FuturesOrdered<BoxFuture<'static, Result<Piece<M>, Status>>>,
+    /// Bytes of the window.
+    held: u64,
+    /// Bytes that have left it.
+    taken: u64,
+}
+
+/// Bytes that were read at once.
+struct Piece<M> {
+    payload: Arc<Payload<M>>,
+    offset: u64,
+    data: Bytes,
+    permit: Option<OwnedSemaphorePermit>,
+}
+
+impl<M: Send + Sync + 'static> Reader<M> {
+    async fn next(mut self) -> Result<Option<(Piece<M>, Self)>, Status> {
+        while self.window.len() < READ_AHEAD && self.begin() {}
+        let Some(piece) = self.window.next().await.transpose()? else { return Ok(None) };
+        let bytes = piece.data.len() as u64;
+        self.held -= bytes;
+        self.taken += bytes;
+        Ok(Some((piece, self)))
     }
 
-    async fn read(&self, from: u64) -> Result<Bytes, Status> {
-        let piece = from..self.range.end.min(from + PIECE_BYTES);
-        let length = piece.end - piece.start;
-        let bytes = self.store.get_range(&self.path, piece).await;
-        let bytes = bytes.map_err(|e| status::of_object_store(&self.what, &e))?;
-        if bytes.len() as u64 == length { Ok(bytes) } else { Err(self.short(bytes.len())) }
+    /// Begins to read the next piece, if that may be.
+    fn begin(&mut self) -> bool {
+        let Some((payload, offset)) = self.waiting.front_mut() else { return false };
+        let (payload, offset_now) = (Arc::clone(payload), *offset);
+        let rest = payload.total() - offset_now;
+        let Some((bytes, permit)) = room(rest, self.held, self.taken, &self.ahead) else {
+            return false;
+        };
+        *offset += bytes;
+        if bytes == rest {
+            self.waiting.pop_front();
+        }
+        self.held += bytes;
+        self.window.push_back(Box::pin(read(
+            Arc::clone(&self.store),
+            payload,
+            offset_now..offset_now + bytes,
+            permit,
+        )));
+        true
+    }
+}
+
+/// How much of `rest` bytes of a payload may be read where a stream holds `held` bytes, and its
+/// client has taken `taken`; with the room for it, where it is not free. `None` while there is none.
+fn room(
+    rest: u64,
+    held: u64,
+    taken: u64,
+    ahead: &Ahead,
+) -> Option<(u64, Option<OwnedSemaphorePermit>)> {
+    let limit = taken.clamp(FREE_BYTES, STREAM_BYTES);
+    let mut bytes = rest.min(PIECE_BYTES).min(limit.saturating_sub(held));
+    // No crumbs: a store is asked for little only where little is left.
+    if bytes < rest {
+        bytes -= bytes % FREE_BYTES;
+    }
+    if bytes >= rest.min(FREE_BYTES) {
+        if held + bytes <= FREE_BYTES {
+            return Some((bytes, None));
+        }
+        if let Some(permit) = ahead.take(bytes) {
+            return Some((bytes, Some(permit)));
+        }
+    }
+    (held == 0).then(|| (rest.min(FREE_BYTES), None))
+}
+
+async fn read<M>(
+    store: Arc<dyn ObjectStore>,
+    payload: Arc<Payload<M>>,
+    place: Range<u64>,
+    permit: Option<OwnedSemaphorePermit>,
+) -> Result<Piece<M>, Status> {
+    let start = payload.range.start;
+    let bytes = store.get_range(&payload.path, start + place.start..start + place.end).await;
+    let data = bytes.map_err(|e| status::of_object_store(&payload.what, &e))?;
+    if data.len() as u64 != place.end - place.start {
+        let (path, bytes) = (&payload.path, data.len());
+        tracing::warn!(%path, bytes, ?place, "store gave other bytes than asked for");
+        return Err(status::try_again(&format!("the store did not give all of {}", payload.what)));
+    }
+    Ok(Piece { payload, offset: place.start, data, permit })
+}
+
+impl<M> Piece<M> {
+    /// The parts, the room that they take kept until the last is taken.
+    fn parts(self) -> impl Iterator<Item = Part<M>> {
+        let Self { payload, offset, data, permit } = self;
+        let parts = split(&data);
+        drop(data);
+        parts.map(move |(at, data)| {
+            let _ = &permit;
+            Part { payload: Arc::clone(&payload), offset: offset + at, data }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stream_has_some_room_and_more_only_as_it_takes() {
+        let ahead = Ahead::new();
+        let bytes = |rest, held, taken| room(rest, held, taken, &ahead).map(|(bytes, _)| bytes);
+        assert_eq!(bytes(100, 0, 0), Some(100));
+        assert_eq!(bytes(u64::MAX, 0, 0), Some(FREE_BYTES));
+        // Small payloads side by side, as many as are free.
+        assert_eq!(bytes(100, FREE_BYTES - 100, 0), Some(100));
+        assert_eq!(bytes(100, FREE_BYTES - 99, 0), None);
+        assert_eq!(bytes(u64::MAX, FREE_BYTES - 1, 0), None, "no crumbs");
+        // Who has taken much gets as much ahead, in large pieces.
+        assert_eq!(bytes(u64::MAX, 0, 1 << 20), Some(1 << 20));
+        assert_eq!(bytes(u64::MAX, 1 << 20, 1 << 40), Some(PIECE_BYTES));
+        assert_eq!(bytes(u64::MAX, STREAM_BYTES, 1 << 40), None);
     }
 
-    fn checked(self) -> Result<Self, Status> {
-        let wanted = self.total().min(PIECE_BYTES);
-        if self.first.len() as u64 == wanted { Ok(self) } else { Err(self.short(self.first.len())) }
-    }
-
-    fn short(&self, bytes: usize) -> Status {
-        tracing::warn!(path = %self.path, bytes, "store gave fewer bytes than asked for");
-        Status::unavailable(format!("the store did not give all of {}; try again", self.what))
+    #[test]
+    fn where_all_room_is_taken_streams_go_on_piece_by_piece() {
+        let ahead = Ahead::new();
+        let mut kept = Vec::new();
+        while let Some((bytes, permit @ Some(_))) = room(u64::MAX, 0, 1 << 40, &ahead) {
+            kept.push((bytes, permit));
+        }
+        assert_eq!(kept.iter().map(|(bytes, _)| bytes).sum::<u64>(), AHEAD_BYTES);
+        assert!(matches!(room(u64::MAX, 0, 1 << 40, &ahead), Some((FREE_BYTES, None))));
+        assert!(room(u64::MAX, FREE_BYTES, 1 << 40, &ahead).is_none());
+        kept.pop();
+        assert!(matches!(room(u64::MAX, 0, 1 << 40, &ahead), Some((PIECE_BYTES, Some(_)))));
     }
 }

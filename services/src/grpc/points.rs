@@ -8,7 +8,7 @@ use futures::stream::{self, StreamExt, TryStreamExt};
 use tonic::{Request, Response, Status};
 
 use super::octrees::Octree;
-use super::pieces::{Pieces, READ_AHEAD};
+use super::pieces::{Part, Payload, parts};
 use super::{MessageStream, Services, status};
 use crate::layers::copc::{Page, PageAddress, PageEntry, PageItem};
 use crate::layers::stations;
@@ -68,25 +68,26 @@ impl v1::point_service_server::PointService for Services {
             chunks.push((key, octree.chunk(key).await?));
         }
         let (store, path, _) = super::object(&scene, &layer.file)?;
+        let payload = |(key, (offset, byte_size, point_count))| Payload {
+            path: path.clone(),
+            range: offset..offset + u64::from(byte_size),
+            what: octree.what.clone(),
+            about: (key, point_count),
+        };
         let source = layer.source.clone();
-        let chunks = stream::iter(chunks).map(move |(key, (offset, byte_size, point_count))| {
-            let (store, path) = (store.clone(), path.clone());
-            let (what, source) = (octree.what.clone(), source.clone());
-            async move {
-                let range = offset..offset + u64::from(byte_size);
-                let pieces = Pieces::range(store, path, range, what).await?;
-                let total_bytes = pieces.total();
-                Ok::<_, Status>(pieces.parts().map_ok(move |(offset, data)| v1::PointChunk {
-                    source: source.clone(),
-                    key: Some(key.into()),
-                    point_count,
-                    total_bytes,
-                    offset,
-                    data,
-                }))
+        let parts = parts(store, self.ahead.clone(), chunks.into_iter().map(payload).collect());
+        let chunks = parts.map_ok(move |part: Part<(NodeKey, u32)>| {
+            let (key, point_count) = part.payload.about;
+            v1::PointChunk {
+                source: source.clone(),
+                key: Some(key.into()),
+                point_count,
+                total_bytes: part.payload.total(),
+                offset: part.offset,
+                data: part.data,
             }
         });
-        Ok(Response::new(chunks.buffered(READ_AHEAD).try_flatten().boxed()))
+        Ok(Response::new(chunks.boxed()))
     }
 
     async fn get_stations(

@@ -1,5 +1,7 @@
 //! Everything that is answered on the port.
 
+use std::time::Duration;
+
 use axum::Router;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware;
@@ -30,11 +32,21 @@ pub struct Limits {
     pub calls: usize,
     /// Calls in flight on one connection; more wait.
     pub calls_per_connection: u32,
+    /// Connections; more are closed at once.
+    pub connections: usize,
+    /// How long a client may take nothing of an answer that has more to give; then its connection
+    /// is closed.
+    pub patience: Duration,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { calls: 4096, calls_per_connection: 256 }
+        Self {
+            calls: 4096,
+            calls_per_connection: 256,
+            connections: 10_000,
+            patience: Duration::from_secs(120),
+        }
     }
 }
 
@@ -85,7 +97,7 @@ impl Answers {
             .add_service(health_service)
             .add_service(reflection().build_v1().map_err(failed)?)
             .add_service(reflection().build_v1alpha().map_err(failed)?);
-        let calls = Calls::new(metrics.clone(), limits.calls);
+        let calls = Calls::new(metrics.clone(), limits);
         let router = grpc
             .into_axum_router()
             .layer(middleware::from_fn_with_state(calls, call::around))

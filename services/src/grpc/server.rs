@@ -3,16 +3,14 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use futures::TryStreamExt;
 use http::Method;
 use http::header::HeaderName;
 use tokio::net::TcpListener;
-use tonic::transport::server::TcpIncoming;
 use tonic_health::ServingStatus;
 use tower_http::cors::{Any, CorsLayer};
 
+use super::connections::connections;
 use super::routes::{Answers, Limits};
-use super::unsent;
 use crate::store::Catalog;
 
 /// How long calls in flight may go on once the server is asked to stop.
@@ -21,9 +19,9 @@ const DRAIN: Duration = Duration::from_secs(10);
 /// How often a quiet connection is asked whether it lives, and how long it may take to say so.
 const KEEPALIVE: (Duration, Duration) = (Duration::from_secs(30), Duration::from_secs(20));
 
-/// Bytes that may be under way unacknowledged, by stream and by connection: enough for a
-/// gigabit over 100 ms.
-pub(super) const WINDOW: (u32, u32) = (4 << 20, 16 << 20);
+/// Bytes of requests that may be under way unacknowledged, by stream and by connection: requests
+/// are small, and whoever sends more waits. How much of an answer is, its client says.
+const REQUEST_WINDOW: (u32, u32) = (256 << 10, 1 << 20);
 
 /// Why the services cannot be served.
 #[derive(Debug, thiserror::Error)]
@@ -75,16 +73,15 @@ impl Server {
     /// ten seconds to end.
     pub async fn serve(self, stop: impl Future<Output = ()>) -> Result<(), ServeError> {
         let Self { listener, answers, limits, .. } = self;
-        let incoming = TcpIncoming::from(listener).with_nodelay(Some(true));
-        let incoming = incoming.inspect_ok(|connection| unsent::limit(connection));
+        let incoming = connections(listener, limits.connections);
         let (stopping, stopped) = tokio::sync::watch::channel(false);
         let mut builder = tonic::transport::Server::builder()
             .accept_http1(true)
             .max_concurrent_streams(limits.calls_per_connection)
             .http2_keepalive_interval(Some(KEEPALIVE.0))
             .http2_keepalive_timeout(Some(KEEPALIVE.1))
-            .initial_stream_window_size(WINDOW.0)
-            .initial_connection_window_size(WINDOW.1)
+            .initial_stream_window_size(REQUEST_WINDOW.0)
+            .initial_connection_window_size(REQUEST_WINDOW.1)
             .layer(cors());
         let wait = |mut stopped: tokio::sync::watch::Receiver<bool>| async move {
             // The sender lives as long as this function; an error is a stop as well.

@@ -1,7 +1,10 @@
 //! Every error that a client sees is made here.
 //!
 //! Names and fields of the request come back to the client; paths, URLs and messages of the
-//! store do not: they go to the log.
+//! store do not: they go to the log. What is worth another try carries a `google.rpc.RetryInfo`,
+//! and nothing else does.
+
+use std::time::Duration;
 
 use flaneur_proto::FieldError;
 use tonic::{Code, Status};
@@ -9,6 +12,12 @@ use tonic_types::{ErrorDetails, StatusExt};
 
 use crate::layers::LayerError;
 use crate::store::StoreError;
+
+/// When a call may be tried again that was one too many: calls take milliseconds.
+const RETRY_CALLS: Duration = Duration::from_millis(250);
+
+/// When a call may be tried again after the store failed: it has been tried several times.
+const RETRY_STORE: Duration = Duration::from_secs(1);
 
 /// INVALID_ARGUMENT that names the field, in words and as `google.rpc.BadRequest`.
 pub(super) fn invalid(error: &FieldError) -> Status {
@@ -30,6 +39,20 @@ pub(super) fn not_found(kind: &str, name: impl std::fmt::Display, place: &str) -
 /// RESOURCE_EXHAUSTED for something that is larger than the service hands out.
 pub(super) fn too_large(what: &str, bytes: usize, limit: usize) -> Status {
     Status::resource_exhausted(format!("{what} takes {bytes} bytes, more than {limit}"))
+}
+
+/// RESOURCE_EXHAUSTED for a call that comes while the server has too many; with a hint when to
+/// try again.
+pub(super) fn too_many_calls() -> Status {
+    let details = ErrorDetails::with_retry_info(Some(RETRY_CALLS));
+    let message = "the server has too many calls; try again";
+    Status::with_error_details(Code::ResourceExhausted, message, details)
+}
+
+/// UNAVAILABLE for what may go well the next time; with a hint when to try again.
+pub(super) fn try_again(problem: &str) -> Status {
+    let details = ErrorDetails::with_retry_info(Some(RETRY_STORE));
+    Status::with_error_details(Code::Unavailable, format!("{problem}; try again"), details)
 }
 
 /// The status of a failure to find or open a scene.
@@ -81,7 +104,7 @@ pub(super) fn of_object_store(what: &str, error: &object_store::Error) -> Status
         return damaged(what);
     }
     tracing::warn!(%error, what, "store failed");
-    Status::unavailable(format!("the store did not give {what}; try again"))
+    try_again(&format!("the store did not give {what}"))
 }
 
 fn damaged(what: &str) -> Status {

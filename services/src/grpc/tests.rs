@@ -2,6 +2,8 @@
 
 mod answers;
 mod errors;
+mod leaving;
 mod network;
 mod streams;
 mod street;
+mod watched;

@@ -7,6 +7,7 @@ use tonic_types::StatusExt;
 
 use super::answers::channel;
 use super::street::{self, SCENE};
+use super::watched::Watched;
 use crate::grpc::in_process;
 use crate::store::Catalog;
 
@@ -23,6 +24,7 @@ fn assert_invalid(status: &Status, field: &str) {
     assert!(status.message().starts_with(&format!("{field}: ")), "{status}");
     let details = status.get_details_bad_request().expect("details");
     assert_eq!(details.field_violations[0].field, field);
+    assert!(status.get_details_retry_info().is_none(), "it would be refused again: {status}");
 }
 
 /// Asserts a NOT_FOUND whose message holds all of `names`.
@@ -33,6 +35,7 @@ fn assert_missing(status: &Status, names: &[&str]) {
         assert!(status.message().contains(name), "{name}: {status}");
     }
     assert!(status.get_details_resource_info().is_some(), "{status}");
+    assert!(status.get_details_retry_info().is_none(), "it would be missing again: {status}");
 }
 
 #[tokio::test]
@@ -156,6 +159,23 @@ async fn nodes_that_do_not_exist_are_named() {
 }
 
 #[tokio::test]
+async fn a_store_that_fails_is_worth_another_try() {
+    let (objects, reads) = Watched::over(street::street().await);
+    let catalog = Catalog::open([street::store(objects)]).await.expect("memory");
+    let channel = in_process(catalog).await.expect("services");
+    reads.break_down();
+    let request = v1::StreamFootprintsRequest { scene: SCENE.into(), ..Default::default() };
+    let footprints = FootprintServiceClient::new(channel.clone()).stream_footprints(request).await;
+    let request = v1::GetStationsRequest { scene: SCENE.into(), source: "drive".into() };
+    let stations = PointServiceClient::new(channel).get_stations(request).await;
+    for status in [footprints.expect_err("broken"), stations.expect_err("broken")] {
+        assert_eq!(status.code(), Code::Unavailable, "{status}");
+        let hint = status.get_details_retry_info().and_then(|hint| hint.retry_delay);
+        assert!(hint.is_some_and(|delay| !delay.is_zero()), "{status}");
+    }
+}
+
+#[tokio::test]
 async fn a_damaged_store_is_reported_without_its_paths() {
     let objects = street::street().await;
     let damaged = street::store(objects.clone());
@@ -175,5 +195,6 @@ async fn a_damaged_store_is_reported_without_its_paths() {
     for status in [status.expect_err("damaged"), gone.expect_err("gone")] {
         assert_eq!(status.code(), Code::DataLoss, "{status}");
         assert!(!status.message().contains(".fgb"), "{status}");
+        assert!(status.get_details_retry_info().is_none(), "it stays damaged: {status}");
     }
 }

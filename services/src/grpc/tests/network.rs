@@ -1,10 +1,12 @@
 //! The services on a real port: HTTP/2, gRPC-Web over HTTP/1, metrics, and the end.
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::time::Duration;
 
 use flaneur_proto::v1;
 use flaneur_scene::{ImageId, Region};
+use object_store::ObjectStore;
 use prost::Message;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -14,6 +16,7 @@ use tonic::Code;
 use tonic::transport::Endpoint;
 use tonic_health::pb::health_client::HealthClient;
 use tonic_health::pb::{HealthCheckRequest, health_check_response::ServingStatus};
+use tonic_types::StatusExt;
 
 use super::answers::all;
 use super::street::{self, SCENE};
@@ -24,7 +27,8 @@ use v1::footprint_service_client::FootprintServiceClient;
 use v1::panorama_service_client::PanoramaServiceClient;
 use v1::scene_service_client::SceneServiceClient;
 
-struct Running {
+/// A server, until it is dropped.
+pub(super) struct Running {
     address: SocketAddr,
     stop: oneshot::Sender<()>,
     task: JoinHandle<Result<(), ServeError>>,
@@ -32,8 +36,12 @@ struct Running {
 
 impl Running {
     async fn start(limits: Limits) -> Self {
-        let store = street::store(street::street().await);
-        let catalog = Catalog::open([store]).await.expect("memory");
+        Self::over(street::street().await, limits).await
+    }
+
+    /// Over the store whose objects these are.
+    pub(super) async fn over(objects: Arc<dyn ObjectStore>, limits: Limits) -> Self {
+        let catalog = Catalog::open([street::store(objects)]).await.expect("memory");
         let any = "127.0.0.1:0".parse().expect("an address");
         let server = Server::bind(catalog, any, limits).await.expect("a free port");
         let address = server.address();
@@ -44,8 +52,14 @@ impl Running {
         Self { address, stop, task }
     }
 
-    fn url(&self) -> String {
+    pub(super) fn url(&self) -> String {
         format!("http://{}", self.address)
+    }
+
+    /// What it has counted.
+    pub(super) async fn metrics(&self) -> String {
+        let (_, body) = self.http("GET /metrics HTTP/1.0", b"").await;
+        String::from_utf8(body).expect("text")
     }
 
     /// The answer to an HTTP/1.0 request, head and body.
@@ -121,11 +135,8 @@ async fn pages_say_what_this_is_and_metrics_count_calls() {
     let mut left = panoramas.stream_images(request).await.expect("there").into_inner();
     left.message().await.expect("no error");
 
-    let metrics = async || {
-        let (_, body) = server.http("GET /metrics HTTP/1.0", b"").await;
-        String::from_utf8(body).expect("text")
-    };
-    assert!(metrics().await.contains("flaneur_requests_in_flight 1\n"), "{}", metrics().await);
+    let text = server.metrics().await;
+    assert!(text.contains("flaneur_requests_in_flight 1\n"), "{text}");
     drop(left);
     let path = "/flaneur.v1.FootprintService/StreamFootprints";
     let wanted = [
@@ -139,7 +150,7 @@ async fn pages_say_what_this_is_and_metrics_count_calls() {
     // The server hears of a client's leaving a moment later.
     let mut text = String::new();
     for _ in 0..100 {
-        text = metrics().await;
+        text = server.metrics().await;
         if wanted.iter().all(|line| text.contains(line.as_str())) {
             break;
         }
@@ -177,7 +188,9 @@ async fn too_many_calls_are_refused() {
     let request = v1::StreamPanoramasRequest::new(SCENE, Region::All);
     let status = client.stream_panoramas(request).await.expect_err("one too many");
     assert_eq!(status.code(), Code::ResourceExhausted, "{status}");
-    assert_eq!(all(first).await.len(), 300, "the first goes on");
+    let hint = status.get_details_retry_info().and_then(|hint| hint.retry_delay);
+    assert!(hint.is_some_and(|delay| delay < Duration::from_secs(5)), "{status}");
+    assert_eq!(all(first).await.len(), 1000, "the first goes on");
 }
 
 #[tokio::test]
@@ -211,7 +224,7 @@ async fn a_stop_lets_calls_in_flight_end_and_takes_no_more() {
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
     assert!(refused, "no new connection is taken");
-    assert_eq!(all(stream).await.len(), 299);
+    assert_eq!(all(stream).await.len(), 999);
     drop((watch, health, client));
     server.task.await.expect("no panic").expect("a good end");
 }
