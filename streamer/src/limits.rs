@@ -13,6 +13,8 @@ pub struct FetchLimits {
     pub image_pixels: u64,
     /// Points of all nodes together.
     pub points: u64,
+    /// Bytes of all nodes together, as they are fetched.
+    pub point_bytes: u64,
     /// Point nodes within this distance of the eye, metres.
     pub point_radius_m: f64,
     /// Nodes are refined until their points appear this close in the view, pixels.
@@ -28,6 +30,7 @@ impl Default for FetchLimits {
             panorama_radius_m: 200.0,
             image_pixels: 96 << 20,
             points: 4_000_000,
+            point_bytes: u64::MAX,
             point_radius_m: 200.0,
             point_spacing_px: 1.0,
         }

@@ -1,13 +1,15 @@
 //! Point nodes: coarse to fine, by how far apart their points appear in the view.
 
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::{BTreeSet, BinaryHeap};
 
-use flaneur_proto::FieldError;
 use flaneur_scene::{Node, NodeKey, PointNodeId, PointSource, View};
+use glam::DVec3;
 
 use super::cone::ViewCone;
-use crate::FetchLimits;
+use super::gaze::Gaze;
+use super::hierarchy::{Hierarchy, Index};
+use crate::ViewRequest;
 use crate::client::HierarchyEntry;
 
 /// How much less a node counts that the view does not see. It still hides things from
@@ -15,14 +17,8 @@ use crate::client::HierarchyEntry;
 const UNSEEN: f64 = 0.25;
 /// Nearer than this a node does not gain, metres.
 const NEAREST_M: f64 = 0.5;
-/// Entries of all loaded pages together.
-const MAX_ENTRIES: usize = 16_000_000;
-
-/// The parts of all sources' hierarchies that have been loaded.
-#[derive(Debug, Default)]
-pub(crate) struct Hierarchy {
-    entries: HashMap<PointNodeId, HierarchyEntry>,
-}
+/// Half the diagonal of a cube over its edge.
+const HALF_DIAGONAL: f64 = 0.866_025_403_784_438_6;
 
 /// A node to be shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,130 +27,161 @@ pub(crate) struct WantedNode {
     pub(crate) id: PointNodeId,
     /// Its size.
     pub(crate) node: Node,
+    /// From the eye to the middle of its cell, metres.
+    pub(crate) distance_m: f64,
+    /// Between its points, metres.
+    pub(crate) spacing_m: f64,
+    /// Whether the view may see something of it.
+    pub(crate) seen: bool,
 }
 
-impl Hierarchy {
-    /// Adds the page whose root is `page`. An error names an entry outside of it.
-    pub(crate) fn insert(
-        &mut self,
-        page: PointNodeId,
-        entries: Vec<HierarchyEntry>,
-    ) -> Result<(), FieldError> {
-        if self.entries.len() + entries.len() > MAX_ENTRIES {
-            let problem = format!("are too many: more than {MAX_ENTRIES} in all pages");
-            return Err(FieldError::new("entries", problem));
-        }
-        // A page without its own root is an empty one, and must not be asked for again.
-        let empty = Node { key: page.key, point_count: 0, byte_size: 0, crc32: 0 };
-        self.entries.insert(page, HierarchyEntry::Node(empty));
-        for (index, entry) in entries.into_iter().enumerate() {
-            let (key, is_page) = match entry {
-                HierarchyEntry::Node(node) => (node.key, false),
-                HierarchyEntry::Page(key) => (key, true),
-            };
-            let inside = is_at_or_below(key, page.key) && !(is_page && key == page.key);
-            if !inside {
-                let field = format!("entries[{index}].key");
-                let problem = format!("is {key:?}, outside of page {:?}", page.key);
-                return Err(FieldError::new(field, problem));
-            }
-            let id = PointNodeId { source: page.source, key };
-            // What is loaded already says more than a reference to it.
-            if !is_page || !self.entries.contains_key(&id) {
-                self.entries.insert(id, entry);
-            }
-        }
-        Ok(())
-    }
+/// What a view wants of the points, as far as that is known.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct ChosenNodes {
+    /// Most important first.
+    pub(crate) wanted: Vec<WantedNode>,
+    /// Pages that must be loaded before more is known.
+    pub(crate) missing: Vec<PointNodeId>,
 }
 
-/// The nodes that `view` wants, most important first, or the pages that must be loaded before
-/// that is known.
+/// The nodes that a view wants, most important first.
 ///
-/// A node's importance is the distance in pixels between its points, as they would appear at
-/// the nearest point of its cell, a quarter of that where the view does not see it. It halves at
-/// least from a node to its children, so that every node follows its ancestors. A node
-/// is wanted while its parent's points appear more than [`FetchLimits::point_spacing_px`] apart, it
-/// lies within the radius, and the limit of points is not reached.
+/// A node's importance is its screen-space error: the distance in pixels between its points, as
+/// they would appear at the nearest point of its cell, a quarter of that where the view does not
+/// see it, and less beside the gaze where the request weighs it. It halves at least from a node to
+/// its children, so that every node follows its ancestors. A node is wanted while its parent's
+/// importance is above [`FetchLimits::point_spacing_px`], it lies within the radius, and the limits
+/// of points and bytes are not reached.
+///
+/// Nodes that are `held` count [`ViewRequest::steadiness`] times as much, so that nothing comes and
+/// goes at a threshold.
+///
+/// [`FetchLimits::point_spacing_px`]: crate::FetchLimits::point_spacing_px
 pub(crate) fn choose_nodes(
     hierarchy: &Hierarchy,
     sources: &[PointSource],
-    view: &View,
-    limits: &FetchLimits,
-) -> Result<Vec<WantedNode>, Vec<PointNodeId>> {
-    let measure = Measure { view, cone: ViewCone::new(view), sources };
+    request: &ViewRequest,
+    held: &BTreeSet<PointNodeId>,
+) -> ChosenNodes {
+    let limits = &request.limits;
+    let measure = Measure::new(request, sources, held);
     let mut queue = BinaryHeap::new();
+    let mut chosen = ChosenNodes::default();
     for source in 0..u16::try_from(sources.len()).unwrap_or(u16::MAX) {
-        queue.extend(measure.candidate(PointNodeId { source, key: NodeKey::ROOT }, limits));
+        let id = PointNodeId { source, key: NodeKey::ROOT };
+        match hierarchy.root(source) {
+            Some(index) => queue.extend(measure.candidate(id, index)),
+            None if measure.reaches(id) => chosen.missing.push(id),
+            None => {}
+        }
     }
-    let (mut wanted, mut missing, mut points) = (Vec::new(), Vec::new(), 0u64);
+    let (mut points, mut bytes) = (0u64, 0u64);
     while let Some(candidate) = queue.pop() {
         let id = candidate.id;
-        let node = match hierarchy.entries.get(&id) {
-            Some(HierarchyEntry::Node(node)) => *node,
-            Some(HierarchyEntry::Page(_)) => {
-                missing.push(id);
-                continue;
-            }
-            None if id.key == NodeKey::ROOT => {
-                missing.push(id);
-                continue;
-            }
-            None => continue,
+        let HierarchyEntry::Node(node) = hierarchy.entry(candidate.index) else {
+            chosen.missing.push(id);
+            continue;
         };
         points += u64::from(node.point_count);
-        if points > limits.points {
+        bytes += u64::from(node.byte_size);
+        if points > limits.points || bytes > limits.point_bytes {
             break;
         }
         if node.point_count > 0 {
-            wanted.push(WantedNode { id, node });
+            chosen.wanted.push(candidate.wanted(node));
         }
-        let refined = candidate.spacing_px > limits.point_spacing_px;
-        if refined && id.key.level < NodeKey::MAX_LEVEL {
-            for key in id.key.children() {
-                let child = PointNodeId { source: id.source, key };
-                if hierarchy.entries.contains_key(&child) {
-                    queue.extend(measure.candidate(child, limits));
-                }
+        if candidate.importance > limits.point_spacing_px && id.key.level < NodeKey::MAX_LEVEL {
+            for index in hierarchy.children(candidate.index) {
+                let key = match hierarchy.entry(index) {
+                    HierarchyEntry::Node(node) => node.key,
+                    HierarchyEntry::Page(key) => key,
+                };
+                queue.extend(measure.candidate(PointNodeId { key, ..id }, index));
             }
         }
     }
-    if missing.is_empty() { Ok(wanted) } else { Err(missing) }
+    chosen
 }
 
 struct Measure<'a> {
-    view: &'a View,
+    request: &'a ViewRequest,
     cone: ViewCone,
+    gaze: Gaze,
     sources: &'a [PointSource],
+    held: &'a BTreeSet<PointNodeId>,
 }
 
-impl Measure<'_> {
+impl<'a> Measure<'a> {
+    fn new(
+        request: &'a ViewRequest,
+        sources: &'a [PointSource],
+        held: &'a BTreeSet<PointNodeId>,
+    ) -> Self {
+        let cone = ViewCone::new(&request.view);
+        let gaze = Gaze::new(&request.view, request.gaze.pixel(), &cone);
+        Self { request, cone, gaze, sources, held }
+    }
+
+    /// Whether a node is near enough to be looked at.
+    fn reaches(&self, id: PointNodeId) -> bool {
+        self.sources.get(usize::from(id.source)).is_some_and(|source| {
+            let bounds = source.cube.node_bounds(id.key);
+            bounds.distance(self.view().eye()) <= self.request.limits.point_radius_m
+        })
+    }
+
     /// The node with its importance, `None` beyond the radius.
-    fn candidate(&self, id: PointNodeId, limits: &FetchLimits) -> Option<Candidate> {
+    fn candidate(&self, id: PointNodeId, index: Index) -> Option<Candidate> {
         let cube = &self.sources.get(usize::from(id.source))?.cube;
         let bounds = cube.node_bounds(id.key);
-        let distance = bounds.distance(self.view.eye());
-        if !(distance <= limits.point_radius_m) {
+        let steady = self.request.steadiness > 1.0 && self.held.contains(&id);
+        let steadiness = if steady { self.request.steadiness } else { 1.0 };
+        let distance = bounds.distance(self.view().eye());
+        if !(distance <= self.request.limits.point_radius_m * steadiness) {
             return None;
         }
-        let seen = if self.cone.meets(&bounds) { 1.0 } else { UNSEEN };
-        let density = self.view.pixels_a_metre(distance.max(NEAREST_M));
-        let spacing = cube.level_spacing_m(id.key.level);
-        Some(Candidate { spacing_px: seen * density * spacing, id })
+        let centre: DVec3 = bounds.centre() - self.view().eye();
+        let radius = HALF_DIAGONAL * (bounds.max.x - bounds.min.x);
+        let seen = self.cone.meets_ball(centre, radius);
+        let gazed = if self.request.gaze.weighs() { self.gaze.weight(centre, radius) } else { 1.0 };
+        let spacing_m = cube.level_spacing_m(id.key.level);
+        let spacing_px = self.view().pixels_a_metre(distance.max(NEAREST_M)) * spacing_m;
+        let importance = spacing_px * gazed * steadiness * if seen { 1.0 } else { UNSEEN };
+        Some(Candidate { importance, id, index, distance_m: centre.length(), spacing_m, seen })
+    }
+
+    fn view(&self) -> &View {
+        &self.request.view
     }
 }
 
 #[derive(Debug, PartialEq)]
 struct Candidate {
-    spacing_px: f64,
+    importance: f64,
     id: PointNodeId,
+    index: Index,
+    distance_m: f64,
+    spacing_m: f64,
+    seen: bool,
+}
+
+impl Candidate {
+    fn wanted(&self, node: Node) -> WantedNode {
+        WantedNode {
+            id: self.id,
+            node,
+            distance_m: self.distance_m,
+            spacing_m: self.spacing_m,
+            seen: self.seen,
+        }
+    }
 }
 
 impl Eq for Candidate {}
 
 impl Ord for Candidate {
     fn cmp(&self, other: &Self) -> Ordering {
-        self.spacing_px.total_cmp(&other.spacing_px).then(other.id.cmp(&self.id))
+        self.importance.total_cmp(&other.importance).then(other.id.cmp(&self.id))
     }
 }
 
@@ -162,12 +189,6 @@ impl PartialOrd for Candidate {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
-}
-
-fn is_at_or_below(key: NodeKey, root: NodeKey) -> bool {
-    let Some(depth) = key.level.checked_sub(root.level) else { return false };
-    let above = |cell: u32| cell.checked_shr(depth).unwrap_or(0);
-    (above(key.x), above(key.y), above(key.z)) == (root.x, root.y, root.z)
 }
 
 #[cfg(test)]

@@ -1,25 +1,19 @@
-//! Photographs: those of the nearest panoramas that see what the view sees, each at the
-//! level that the view can show.
+//! Photographs: those of the nearest panoramas that see what the view sees, each at the level that
+//! the view can show; and of every district around one panorama, coarse.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use flaneur_proto::v1;
 use flaneur_scene::{
-    CUBE_FACES, Distortion, IdError, ImageId, Panorama, PosedCamera, Projection, RigCamera, View,
+    CUBE_FACES, IdError, ImageId, Panorama, PosedCamera, Projection, RigCamera, View,
 };
-use glam::{DVec2, DVec3, UVec2};
+use glam::UVec2;
 
+use super::districts::representatives;
+use super::samples::Samples;
 use crate::FetchLimits;
 
-/// Points of the view, along x, y and depth, at which photographs are compared with it.
-const GRID: UVec2 = UVec2::new(16, 9);
-/// Depths at which they are compared, metres along the view's axis.
-const DEPTHS_M: [f64; 9] = [1.5, 2.5, 4.0, 6.5, 10.0, 16.0, 25.0, 50.0, 100.0];
-/// A photograph is at least as sharp as the view at this share of the points, the others
-/// being so close to the eye that no photograph could be.
-const SHARP_SHARE: f64 = 0.75;
-/// Part of an image's size by which the undistorted image may exceed it on each side.
-const DISTORTION_MARGIN: f64 = 0.25;
 /// Longest side of the level that is shown until the finer one has come, pixels.
 const FIRST_SIDE_PX: u32 = 160;
 
@@ -37,6 +31,8 @@ pub(crate) struct WantedImage {
     pub(crate) level: u32,
     /// A coarse level to begin with: at least `level`.
     pub(crate) first_level: u32,
+    /// How much of the picture it decides, 0 to 1: of all together at most 1.
+    pub(crate) share: f64,
 }
 
 impl WantedImage {
@@ -53,6 +49,16 @@ impl WantedImage {
             level,
             layer: layer.into(),
         }
+    }
+
+    /// The levels that are fetched one after the other: a coarse one, one between where they are far
+    /// apart, and the one that the view asks for.
+    pub(crate) fn steps(&self) -> Vec<u32> {
+        let between = (self.first_level >= self.level + 3).then_some(self.level + 2);
+        let mut steps: Vec<u32> =
+            [Some(self.first_level), between, Some(self.level)].into_iter().flatten().collect();
+        steps.dedup();
+        steps
     }
 
     /// Pixels of its photographs at `level`.
@@ -72,7 +78,8 @@ impl WantedImage {
 ///
 /// `panoramas` are candidates in any order, of which the nearest [`FetchLimits::panoramas`] count.
 /// Where the levels wanted hold more than [`FetchLimits::image_pixels`], all are taken coarser
-/// alike, and the farthest left out where that does not help.
+/// alike, and the farthest left out where that does not help. Last come those of the panoramas that
+/// stand for the districts around the eye, at their first level.
 pub(crate) fn choose_photographs(
     panoramas: Vec<Arc<Panorama>>,
     view: &View,
@@ -83,31 +90,38 @@ pub(crate) fn choose_photographs(
     let distance = |p: &Panorama| p.position.distance_squared(view.eye());
     panoramas.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.id.cmp(&b.id)));
     panoramas.dedup_by(|a, b| a.id == b.id);
+    let standing: BTreeSet<String> = representatives(&panoramas, view.eye().truncate());
     let samples = Samples::new(view);
-    let (mut wanted, mut rigs) = (Vec::new(), 0);
+    let (mut wanted, mut coarse, mut rigs) = (Vec::new(), Vec::new(), 0);
     for panorama in panoramas {
-        if rigs == limits.panoramas {
-            break;
+        if rigs < limits.panoramas {
+            let images = images_of(&panorama, &samples, excluded)?;
+            rigs += usize::from(!images.is_empty());
+            wanted.extend(images);
+        } else if standing.contains(&panorama.id) {
+            coarse.extend(images_of(&panorama, &samples, excluded)?);
         }
-        let images = images_of(&panorama, &samples, excluded)?;
-        rigs += usize::from(!images.is_empty());
-        wanted.extend(images);
     }
+    coarse.iter_mut().for_each(|image| image.level = image.first_level);
+    let coarse_pixels: u64 = coarse.iter().map(|image| image.pixels(image.level)).sum();
+    let for_fine = limits.image_pixels.saturating_sub(coarse_pixels);
     let finest = |image: &WantedImage, bias: u32| {
         (image.level + bias).min(image.rig_camera().level_count().saturating_sub(1))
     };
     let total = |bias: u32| -> u64 { wanted.iter().map(|i| i.pixels(finest(i, bias))).sum() };
-    let bias = (0..32).find(|&bias| total(bias) <= limits.image_pixels).unwrap_or(32);
+    let bias = (0..32).find(|&bias| total(bias) <= for_fine).unwrap_or(32);
     for image in &mut wanted {
         image.level = finest(image, bias);
         image.first_level = image.first_level.max(image.level);
     }
+    wanted.append(&mut coarse);
     // Images without coarser levels may still be too large together.
     let mut pixels = 0;
     wanted.retain(|image| {
         pixels += image.pixels(image.level);
         pixels <= limits.image_pixels
     });
+    samples.set_shares(&mut wanted);
     Ok(wanted)
 }
 
@@ -128,6 +142,7 @@ impl WantedImage {
                 photographs,
                 level: 0,
                 first_level: 0,
+                share: 1.0,
             })
         }))
     }
@@ -181,58 +196,10 @@ fn images_of(
             photographs,
             level: level.min(coarsest),
             first_level,
+            share: 0.0,
         });
     }
     Ok(images)
-}
-
-/// Points in front of the view, with the view's pixels a metre there.
-struct Samples {
-    points: Vec<(DVec3, f64)>,
-}
-
-impl Samples {
-    fn new(view: &View) -> Self {
-        let size = view.size().as_dvec2();
-        let mut points = Vec::new();
-        for (x, y) in (0..GRID.y).flat_map(|y| (0..GRID.x).map(move |x| (x, y))) {
-            let at = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / GRID.as_dvec2() * size;
-            let Some(ray) = view.ray(at) else { continue };
-            for depth in DEPTHS_M {
-                points.push((ray.origin + ray.direction * depth, view.pixels_a_metre(depth)));
-            }
-        }
-        Self { points }
-    }
-
-    /// How many times sharper than the view a photograph is, at [`SHARP_SHARE`] of the points
-    /// that both see; `None` where there are none.
-    ///
-    /// The photograph's distortion is left out, and its image taken a margin larger instead:
-    /// this decides what is fetched, not where it is shown.
-    fn sharpness(&self, photograph: &PosedCamera) -> Option<f64> {
-        let lens = &photograph.lens;
-        let size = lens.size.as_dvec2();
-        let margin = match lens.distortion {
-            Distortion::None => 0.0,
-            Distortion::RadialPixels { .. } | Distortion::Brown { .. } => DISTORTION_MARGIN,
-            // Up to a half turn: all that lies in front.
-            Distortion::Fisheye { .. } => f64::INFINITY,
-        };
-        let mut ratios = Vec::new();
-        for &(point, density) in &self.points {
-            let p_cam = photograph.cam_from_world(point);
-            if !(p_cam.z > 0.0) {
-                continue;
-            }
-            let pixel = lens.intrinsics.pixel_from_normalised(p_cam.truncate() / p_cam.z) / size;
-            if (pixel - 0.5).abs().max_element() <= 0.5 + margin {
-                ratios.push(lens.intrinsics.fy / p_cam.z / density);
-            }
-        }
-        let index = ((1.0 - SHARP_SHARE) * ratios.len() as f64) as usize;
-        (index < ratios.len()).then(|| *ratios.select_nth_unstable_by(index, f64::total_cmp).1)
-    }
 }
 
 #[cfg(test)]

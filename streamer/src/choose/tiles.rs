@@ -1,9 +1,72 @@
-//! The base mesh: which tiles, and which footprint belongs to which.
+//! The base mesh: which tiles, how coarse, and which footprint belongs to which.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use flaneur_scene::{Bounds2, Footprint, TileKey, TileLayer};
+use flaneur_scene::{Bounds2, Bounds3, Footprint, SceneInfo, TileKey, TileLayer};
 use glam::DVec2;
+
+use super::cone::ViewCone;
+use crate::ViewRequest;
+
+/// Nodes of the terrain may appear this far apart, pixels. Terrain leaves the plane between them by
+/// a few hundredths of that: less than a pixel.
+const GROUND_SPACING_PX: f64 = 12.0;
+/// Of the nodes of a tile of terrain every so many at least are wanted.
+const MAX_STEP: u32 = 8;
+/// Nodes along a tile of terrain, the last one its neighbour's. What is finer or coarser than the
+/// store has is not asked for.
+const GROUND_CELLS: f64 = 64.0;
+
+/// A tile of mesh that a view wants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TileChoice {
+    /// Which.
+    pub(crate) key: TileKey,
+    /// Of terrain, every so many nodes; 1 for buildings.
+    pub(crate) step: u32,
+    /// From the eye, in the plan, metres.
+    pub(crate) distance_m: f64,
+    /// Whether the view may see something of it.
+    pub(crate) seen: bool,
+}
+
+/// The tiles of terrain and buildings that a view wants, nearest first.
+pub(crate) fn choose_tiles(scene: &SceneInfo, request: &ViewRequest) -> Vec<TileChoice> {
+    let eye = request.view.eye().truncate();
+    let radius_m = request.limits.mesh_radius_m;
+    let cone = ViewCone::new(&request.view);
+    let choice = |key, bounds: Bounds2, spacing_m: Option<f64>| {
+        let distance_m = bounds.distance(eye);
+        let tall = Bounds3 {
+            min: bounds.min.extend(scene.bounds.min.z),
+            max: bounds.max.extend(scene.bounds.max.z),
+        };
+        let density = request.view.pixels_a_metre(distance_m.max(1.0));
+        let fits = |step: u32| {
+            spacing_m.is_some_and(|m| f64::from(step) * m * density <= GROUND_SPACING_PX)
+        };
+        let mut step = 1;
+        while step < MAX_STEP && fits(2 * step) {
+            step *= 2;
+        }
+        TileChoice { key, step, distance_m, seen: cone.meets(&tall) }
+    };
+    let mut tiles = Vec::new();
+    if let Some(layout) = &scene.ground {
+        let disc = Bounds2 { min: eye - radius_m, max: eye + radius_m };
+        tiles.extend(layout.tiles(&disc).map(|(x, y)| {
+            let key = TileKey { layer: TileLayer::Ground, x, y };
+            choice(key, layout.bounds((x, y)), Some(layout.tile_m / GROUND_CELLS))
+        }));
+        tiles.retain(|tile| tile.distance_m <= radius_m);
+    }
+    if scene.footprints > 0 {
+        let keys = wanted_tiles(eye, radius_m, &scene.bounds.plan()).into_iter();
+        tiles.extend(keys.map(|key| choice(key, FootprintGrid::bounds(key), None)));
+    }
+    tiles.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m).then(a.key.cmp(&b.key)));
+    tiles
+}
 
 /// The grid in which footprints become tiles of mesh, aligned with the world. A footprint
 /// belongs to the tile that holds the middle of its rectangle, so a tile is the same
@@ -55,7 +118,7 @@ impl FootprintGrid {
 }
 
 /// The tiles of the footprint grid that meet the disc and the scene, nearest first.
-pub(crate) fn wanted_tiles(centre: DVec2, radius_m: f64, scene: &Bounds2) -> Vec<TileKey> {
+fn wanted_tiles(centre: DVec2, radius_m: f64, scene: &Bounds2) -> Vec<TileKey> {
     let disc = Bounds2 { min: centre - radius_m, max: centre + radius_m };
     let part = Bounds2 { min: disc.min.max(scene.min), max: disc.max.min(scene.max) };
     let (Some(low), Some(high)) = (key_at(part.min), key_at(part.max)) else { return Vec::new() };

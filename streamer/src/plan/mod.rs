@@ -1,0 +1,329 @@
+//! What is to be fetched, what is under way, and what the receiver holds: decisions alone, without
+//! network, clock or task, so that any order of events can be tried.
+
+mod batch;
+mod held;
+mod order;
+mod part;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use flaneur_scene::{ImageId, PointNodeId, SceneUpdate, TileKey};
+
+pub(crate) use batch::{Batch, BatchId};
+pub(crate) use held::Held;
+pub use order::Order;
+pub(crate) use part::{Part, Stage, Want};
+
+/// How far above its limits a view may let the receiver go before what it does not want is dropped
+/// at once, rather than when everything that it wants has come.
+const OVERHANG: f64 = 1.25;
+
+/// What a view wants, whole.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Wishes {
+    /// The parts, what must come first before what follows it.
+    pub(crate) wants: Vec<Want>,
+    /// Whether more may be wanted once what is wanted of the survey is known.
+    pub(crate) open: bool,
+    /// Tiles that stay.
+    pub(crate) tiles: BTreeSet<TileKey>,
+    /// Photographs that stay.
+    pub(crate) images: BTreeSet<ImageId>,
+    /// Nodes that stay.
+    pub(crate) nodes: BTreeSet<PointNodeId>,
+    /// Whether points come with normals.
+    pub(crate) normals: bool,
+    /// Most points and most pixels of photographs.
+    pub(crate) most: (u64, u64),
+}
+
+/// How far a view has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Standing {
+    /// Parts to come that are shown.
+    pub(crate) remaining: u64,
+    /// Nothing of the first stage is to come.
+    pub(crate) complete_picture: bool,
+    /// Nothing at all is to come.
+    pub(crate) finished: bool,
+}
+
+/// What becomes of a part that could not be had.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// It is asked for again.
+    Again,
+    /// It is not, as long as this plan lives.
+    Never,
+}
+
+/// The state of one receiver.
+#[derive(Debug, Default)]
+pub(crate) struct Plan {
+    order: Order,
+    wishes: Wishes,
+    held: Held,
+    /// Every so many nodes of the terrain that is held; tiles without surface are held, too.
+    steps: BTreeMap<TileKey, u32>,
+    known: BTreeSet<Part>,
+    /// Under way, from the request until it is decoded.
+    flying: BTreeMap<Part, BatchId>,
+    lost: BTreeSet<Part>,
+    /// Fetched ahead, and so to be had without the network.
+    ahead: BTreeSet<Part>,
+    /// Points that wait for the nodes above them.
+    waiting: BTreeMap<PointNodeId, SceneUpdate>,
+    batches: u64,
+}
+
+impl Plan {
+    /// Nothing wanted, nothing held.
+    pub(crate) fn new(order: Order) -> Self {
+        Self { order, ..Self::default() }
+    }
+
+    /// What the receiver holds.
+    pub(crate) fn held(&self) -> &Held {
+        &self.held
+    }
+
+    /// Whether a part of the survey is known.
+    pub(crate) fn knows(&self, part: &Part) -> bool {
+        self.known.contains(part) || self.lost.contains(part)
+    }
+
+    /// Wants something else from now on. The batches that this makes useless.
+    pub(crate) fn look(&mut self, mut wishes: Wishes) -> Vec<BatchId> {
+        order::sort(&mut wishes.wants, self.order);
+        self.wishes = wishes;
+        let nodes = &self.wishes.nodes;
+        self.waiting.retain(|id, _| nodes.contains(id));
+        let wanted: BTreeSet<&Part> = self.wishes.wants.iter().map(|want| &want.part).collect();
+        self.ahead.retain(|part| wanted.contains(part));
+        let all: BTreeSet<BatchId> = self.flying.values().copied().collect();
+        // The survey stays useful: someone who has gone comes back.
+        let useful: BTreeSet<BatchId> = self
+            .flying
+            .iter()
+            .filter(|(part, _)| part.is_survey() || wanted.contains(part))
+            .map(|(_, batch)| *batch)
+            .collect();
+        let useless: Vec<BatchId> = all.difference(&useful).copied().collect();
+        self.flying.retain(|_, batch| useful.contains(batch));
+        useless
+    }
+
+    /// What to ask for next, at most `most_bytes` at once where it is more than one part; `None` where
+    /// all is there or under way. What is only wanted ahead comes when nothing else does.
+    pub(crate) fn next(&mut self, most_bytes: u64) -> Option<Batch> {
+        let busy = !self.flying.is_empty();
+        let missing: Vec<&Want> = self
+            .wishes
+            .wants
+            .iter()
+            .filter(|want| self.is_missing(want) && !self.flying.contains_key(&want.part))
+            .filter(|want| !(busy && want.stage == Stage::Ahead))
+            .take(512)
+            .collect();
+        let (parts, bytes) = batch::gather(&missing, most_bytes);
+        if parts.is_empty() {
+            return None;
+        }
+        let id = BatchId(self.batches);
+        self.batches += 1;
+        self.flying.extend(parts.iter().map(|part| (part.clone(), id)));
+        Some(Batch { id, parts, bytes })
+    }
+
+    /// A part of the survey is known now.
+    pub(crate) fn learn(&mut self, part: Part) {
+        self.flying.remove(&part);
+        self.known.insert(part);
+    }
+
+    /// A part has come and is decoded. What the receiver is to be told now; `None` where nobody wants
+    /// the part any more.
+    pub(crate) fn arrive(
+        &mut self,
+        part: &Part,
+        updates: Vec<SceneUpdate>,
+    ) -> Option<Vec<SceneUpdate>> {
+        self.flying.remove(part);
+        let want = self.wishes.wants.iter().find(|want| want.part == *part)?;
+        if want.stage == Stage::Ahead {
+            self.ahead.insert(part.clone());
+            return None;
+        }
+        if !self.is_missing(want) {
+            return None;
+        }
+        let mut told = Vec::new();
+        match part {
+            Part::Mesh { key, step } => {
+                if updates.is_empty() && self.held.tiles.contains(key) {
+                    told.push(SceneUpdate::DropMesh(*key));
+                }
+                self.steps.insert(*key, *step);
+                told.extend(updates);
+            }
+            Part::Node(id) => {
+                self.waiting.extend(updates.into_iter().map(|update| (*id, update)));
+                self.release(&mut told);
+            }
+            _ => told.extend(updates),
+        }
+        for update in &told {
+            self.held.note(update);
+        }
+        let room = self.room();
+        told.extend(room);
+        Some(told)
+    }
+
+    /// A part could not be had.
+    pub(crate) fn fail(&mut self, part: &Part, verdict: Verdict) {
+        self.flying.remove(part);
+        if verdict == Verdict::Never {
+            self.lost.insert(part.clone());
+        }
+    }
+
+    /// Forgets what could not be had, so that it is asked for again.
+    pub(crate) fn forgive(&mut self) {
+        self.lost.clear();
+    }
+
+    /// What the receiver is to be told now that something was lost: points that need not wait for it.
+    pub(crate) fn released(&mut self) -> Vec<SceneUpdate> {
+        let mut told = Vec::new();
+        self.release(&mut told);
+        told.iter().for_each(|update| self.held.note(update));
+        told
+    }
+
+    /// The receiver has done something by itself.
+    pub(crate) fn note(&mut self, update: &SceneUpdate) {
+        if let SceneUpdate::DropMesh(key) = update {
+            self.steps.remove(key);
+        }
+        self.held.note(update);
+    }
+
+    /// The receiver holds a photograph at another level than it was sent.
+    pub(crate) fn note_level(&mut self, id: &ImageId, level: u32) {
+        if let Some((held, _)) = self.held.images.get_mut(id) {
+            *held = level;
+        }
+    }
+
+    /// How far the view has come.
+    pub(crate) fn standing(&self) -> Standing {
+        let missing = || self.wishes.wants.iter().filter(|want| self.is_missing(want));
+        let to_come = |want: &&Want| want.stage != Stage::Ahead;
+        let shown = missing().filter(to_come).filter(|want| !want.part.is_survey());
+        let first = missing().any(|want| want.stage == Stage::First);
+        Standing {
+            remaining: shown.count() as u64,
+            complete_picture: !self.wishes.open && !first,
+            finished: !self.wishes.open && !missing().any(|want| want.stage != Stage::Ahead),
+        }
+    }
+
+    /// What the receiver is to drop once all that the view wants has come: everything else, finer
+    /// nodes before those above them.
+    pub(crate) fn drops(&mut self) -> Vec<SceneUpdate> {
+        let drops: Vec<SceneUpdate> = self
+            .unwanted_nodes()
+            .into_iter()
+            .map(SceneUpdate::DropPoints)
+            .chain(self.unwanted_images().into_iter().map(SceneUpdate::DropImage))
+            .chain(self.unwanted_tiles().into_iter().map(SceneUpdate::DropMesh))
+            .collect();
+        drops.iter().for_each(|drop| self.note(drop));
+        let tiles = &self.wishes.tiles;
+        self.steps.retain(|key, _| tiles.contains(key));
+        drops
+    }
+
+    /// Drops of what the view does not want, as many as bring the receiver back near its limits.
+    fn room(&mut self) -> Vec<SceneUpdate> {
+        let (points, pixels) = self.wishes.most;
+        let above = |held: u64, most: u64| held as f64 > most as f64 * OVERHANG;
+        let mut drops = Vec::new();
+        if above(self.held.point_count(), points) {
+            drops.extend(self.unwanted_nodes().into_iter().map(SceneUpdate::DropPoints));
+        }
+        if above(self.held.pixels(), pixels) {
+            drops.extend(self.unwanted_images().into_iter().map(SceneUpdate::DropImage));
+        }
+        drops.iter().for_each(|drop| self.held.note(drop));
+        drops
+    }
+
+    /// Nodes that are held and not wanted, the deepest first.
+    fn unwanted_nodes(&self) -> Vec<PointNodeId> {
+        let mut nodes: Vec<_> = self.held.nodes.difference(&self.wishes.nodes).copied().collect();
+        nodes.sort_by_key(|id| std::cmp::Reverse(id.key.level));
+        nodes
+    }
+
+    fn unwanted_images(&self) -> Vec<ImageId> {
+        let held = self.held.images.keys();
+        held.filter(|id| !self.wishes.images.contains(id)).cloned().collect()
+    }
+
+    fn unwanted_tiles(&self) -> Vec<TileKey> {
+        self.held.tiles.difference(&self.wishes.tiles).copied().collect()
+    }
+
+    /// Whether the receiver lacks what is wanted, and it can be had.
+    fn is_missing(&self, want: &Want) -> bool {
+        let fetched = want.stage == Stage::Ahead && self.ahead.contains(&want.part);
+        if fetched || self.lost.contains(&want.part) {
+            return false;
+        }
+        let serves = |held: u32, wanted: u32| held == wanted || (!want.exact && held < wanted);
+        match &want.part {
+            part if part.is_survey() => !self.known.contains(part),
+            Part::Mesh { key, step } => !self.steps.get(key).is_some_and(|&held| serves(held, *step)),
+            Part::Image { level, .. } => !want.photographs.iter().all(|id| {
+                self.held.images.get(id).is_some_and(|&(held, _)| serves(held, *level))
+            }),
+            Part::Node(id) => {
+                let normals = self.held.points.get(id).map(|(_, normals)| *normals);
+                !normals.is_some_and(|held| held.is_none_or(|n| n == self.wishes.normals))
+                    && !self.waiting.contains_key(id)
+            }
+            _ => false,
+        }
+    }
+
+    /// Moves those points from waiting to `told` that need wait no longer, coarse before fine.
+    fn release(&mut self, told: &mut Vec<SceneUpdate>) {
+        let mut ready: BTreeSet<PointNodeId> = BTreeSet::new();
+        // In the order of levels, so that what comes with them counts as there.
+        let mut waiting: Vec<PointNodeId> = self.waiting.keys().copied().collect();
+        waiting.sort_by_key(|id| id.key.level);
+        for id in waiting {
+            let mut above = id.key.parent();
+            let free = loop {
+                let Some(key) = above else { break true };
+                let parent = PointNodeId { key, ..id };
+                if self.wishes.nodes.contains(&parent) {
+                    let lost = self.lost.contains(&Part::Node(parent));
+                    if !lost {
+                        break self.held.nodes.contains(&parent) || ready.contains(&parent);
+                    }
+                }
+                above = key.parent();
+            };
+            if free {
+                ready.insert(id);
+                told.extend(self.waiting.remove(&id));
+            }
+        }
+    }
+}

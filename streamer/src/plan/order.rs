@@ -1,0 +1,129 @@
+//! In which order parts are fetched.
+//!
+//! A picture's error is what it lacks of the signal. Photographs of streets have about as much
+//! energy in every octave of spatial frequency, so that an image which misses *k* octaves that the
+//! view could show lacks *k* units where it decides the picture, and a new level gains one unit
+//! an octave, times the image's share of the picture. Points gain by where they put
+//! photographs: what is seen from elsewhere than the eye is displaced by the parallax of the depth
+//! that is not known, which is about the spacing of what is known; below a pixel nothing is gained.
+//! ARCHITECTURE.md derives both. What gains most a byte comes first.
+
+use std::cmp::Ordering;
+use std::collections::HashMap;
+
+use super::part::{Part, Stage, Want};
+
+/// Which parts come first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// Those that lower the expected error of the picture most a byte.
+    #[default]
+    ExpectedError,
+    /// The nearest, coarse before fine: what the other is measured against.
+    NearestFirst,
+}
+
+/// Sorts `wants`, given with what must come first before what follows it: stages one after the other,
+/// and within each by `order`, but levels of an image from coarse to fine and nodes after those
+/// above them.
+pub(super) fn sort(wants: &mut Vec<Want>, order: Order) {
+    let mut urgency = HashMap::new();
+    let mut keyed: Vec<(Stage, f64, Want)> = Vec::with_capacity(wants.len());
+    for want in wants.drain(..) {
+        let own = match order {
+            _ if want.part.is_survey() => f64::INFINITY,
+            Order::ExpectedError => want.gain / want.bytes.max(1) as f64,
+            Order::NearestFirst => -want.distance_m,
+        };
+        let above = predecessor(&want.part, |key| urgency.get(key).copied());
+        // Not before its predecessor, nor in an earlier stage.
+        let (stage, key) = above.map_or((want.stage, own), |(stage, key): (Stage, f64)| {
+            (want.stage.max(stage), if want.stage > stage { own } else { own.min(key) })
+        });
+        urgency.insert(slot(&want.part), (stage, key));
+        keyed.push((stage, key, want));
+    }
+    keyed.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)).then(Ordering::Equal));
+    wants.extend(keyed.into_iter().map(|(_, _, want)| want));
+}
+
+/// What parts that follow each other share: the level of an image is left out.
+fn slot(part: &Part) -> Part {
+    match part {
+        Part::Image { panorama, camera, .. } => {
+            Part::Image { panorama: panorama.clone(), camera: *camera, level: 0 }
+        }
+        other => other.clone(),
+    }
+}
+
+/// What is known of the part that must come before `part`.
+fn predecessor<T>(part: &Part, known: impl Fn(&Part) -> Option<T>) -> Option<T> {
+    match part {
+        Part::Image { .. } => known(&slot(part)),
+        Part::Node(id) => {
+            let mut above = id.key.parent();
+            while let Some(key) = above {
+                let found = known(&Part::Node(flaneur_scene::PointNodeId { key, ..*id }));
+                if found.is_some() {
+                    return found;
+                }
+                above = key.parent();
+            }
+            None
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flaneur_scene::{NodeKey, PointNodeId};
+
+    fn want(part: Part, stage: Stage, gain: f64, bytes: u64, distance_m: f64) -> Want {
+        Want { part, stage, bytes, gain, distance_m, photographs: [].into(), exact: true }
+    }
+
+    fn node(key: NodeKey, gain: f64, bytes: u64) -> Want {
+        let part = Part::Node(PointNodeId { source: 0, key });
+        want(part, Stage::Detail, gain, bytes, 1.0)
+    }
+
+    fn image(name: &str, level: u32, stage: Stage, gain: f64, bytes: u64) -> Want {
+        let part = Part::Image { panorama: name.into(), camera: 0, level };
+        want(part, stage, gain, bytes, 2.0)
+    }
+
+    fn sorted(mut wants: Vec<Want>, order: Order) -> Vec<Part> {
+        sort(&mut wants, order);
+        wants.into_iter().map(|want| want.part).collect()
+    }
+
+    #[test]
+    fn what_gains_most_a_byte_comes_first_after_what_it_builds_on() {
+        let below = NodeKey::ROOT.children()[3];
+        let wants = vec![
+            node(NodeKey::ROOT, 1.0, 100),
+            // Gains more a byte than the node above it, and must wait all the same.
+            node(below, 50.0, 100),
+            image("a", 4, Stage::First, 0.1, 100),
+            image("a", 2, Stage::Detail, 30.0, 1000),
+            image("b", 2, Stage::Detail, 1.0, 1000),
+        ];
+        let order = sorted(wants.clone(), Order::ExpectedError);
+        let expected = [2, 3, 0, 1, 4].map(|i: usize| wants[i].part.clone());
+        assert_eq!(order, expected);
+    }
+
+    #[test]
+    fn nearest_first_goes_by_distance_alone() {
+        let wants = vec![
+            image("a", 2, Stage::Detail, 30.0, 10),
+            node(NodeKey::ROOT, 1.0, 1000),
+            Want { distance_m: 0.5, ..node(NodeKey::ROOT.children()[0], 0.0, 1) },
+        ];
+        let order = sorted(wants.clone(), Order::NearestFirst);
+        assert_eq!(order, [1, 2, 0].map(|i: usize| wants[i].part.clone()));
+    }
+}
