@@ -3,7 +3,7 @@
 use flaneur_proto::FieldError;
 
 /// Why streaming stopped.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 pub enum StreamError {
     /// The service refused or failed, or the connection broke.
     #[error("{call}: {}", said(status))]
@@ -59,6 +59,44 @@ impl StreamError {
 
     pub(crate) fn status(call: &'static str) -> impl Fn(tonic::Status) -> Self {
         move |status| Self::Status { call, status: Box::new(status) }
+    }
+
+    /// Whether the same request may well succeed at another time, or at another server.
+    pub(crate) fn is_transient(&self) -> bool {
+        use tonic::Code::{Aborted, Cancelled, DeadlineExceeded, ResourceExhausted, Unavailable};
+        use tonic::Code::{Internal, Unknown};
+        match self {
+            Self::Stalled { .. } => true,
+            // A connection that breaks is unknown, internal or cancelled, as it happens.
+            Self::Status { status, .. } => matches!(
+                status.code(),
+                Aborted
+                    | Cancelled
+                    | DeadlineExceeded
+                    | ResourceExhausted
+                    | Unavailable
+                    | Internal
+                    | Unknown
+            ),
+            Self::BadMessage { .. }
+            | Self::TooMuch { .. }
+            | Self::Damaged { .. }
+            | Self::Cancelled => false,
+        }
+    }
+
+    /// Whether what came is not what there is: worth asking for once more.
+    pub(crate) fn is_garbage(&self) -> bool {
+        match self {
+            Self::BadMessage { .. } | Self::TooMuch { .. } | Self::Damaged { .. } => true,
+            Self::Status { status, .. } => status.code() == tonic::Code::DataLoss,
+            Self::Stalled { .. } | Self::Cancelled => false,
+        }
+    }
+
+    /// Whether another server might do better.
+    pub(crate) fn is_server_at_fault(&self) -> bool {
+        self.is_transient() || self.is_garbage()
     }
 
     /// Whether what the caller asked for is at fault: a name that does not exist, a number

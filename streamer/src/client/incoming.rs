@@ -1,18 +1,17 @@
 //! The messages of one call.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use prost::Message;
 use tokio::sync::OwnedSemaphorePermit;
 use tonic::Streaming;
 
-use super::in_time;
+use super::{Client, in_time};
 use crate::StreamError;
-use crate::traffic::Traffic;
+use crate::servers::Turn;
 
 /// How long a service may be silent before its call is given up.
-pub(super) const STALL: Duration = Duration::from_secs(60);
+pub(super) const STALL: Duration = Duration::from_secs(15);
 
 /// A streaming response under way. Dropping it ends the call on the wire and makes room for
 /// the next one.
@@ -20,7 +19,8 @@ pub(super) const STALL: Duration = Duration::from_secs(60);
 pub(crate) struct Incoming<M> {
     call: &'static str,
     messages: Streaming<M>,
-    traffic: Arc<Traffic>,
+    client: Client,
+    turn: Turn,
     _permit: OwnedSemaphorePermit,
 }
 
@@ -28,24 +28,36 @@ impl<M> Incoming<M> {
     pub(super) fn new(
         call: &'static str,
         messages: Streaming<M>,
-        traffic: Arc<Traffic>,
+        client: Client,
+        turn: Turn,
         permit: OwnedSemaphorePermit,
     ) -> Self {
-        Self { call, messages, traffic, _permit: permit }
+        Self { call, messages, client, turn, _permit: permit }
     }
 
     /// The call's name.
-    pub(super) fn call(&self) -> &'static str {
+    pub(crate) fn call(&self) -> &'static str {
         self.call
+    }
+
+    /// Whose call it is.
+    pub(super) fn client(&self) -> &Client {
+        &self.client
+    }
+
+    /// What was received is no answer.
+    pub(super) fn distrust(&self) {
+        self.client.servers.fails(self.turn);
     }
 }
 
 impl<M: Message + 'static> Incoming<M> {
     /// The next message, `None` at the end.
-    pub(super) async fn next(&mut self) -> Result<Option<M>, StreamError> {
-        let message = in_time(self.call, self.messages.message()).await?;
+    pub(crate) async fn next(&mut self) -> Result<Option<M>, StreamError> {
+        let message = in_time(self.call, self.messages.message()).await;
+        let message = self.client.judged(self.turn, message)?;
         if let Some(message) = &message {
-            self.traffic.received(message.encoded_len());
+            self.client.traffic().received(message.encoded_len());
         }
         Ok(message)
     }

@@ -12,21 +12,22 @@ use flaneur_proto::v1::panorama_service_client::PanoramaServiceClient;
 use flaneur_proto::v1::point_service_client::PointServiceClient;
 use flaneur_proto::v1::scene_service_client::SceneServiceClient;
 use flaneur_proto::{FieldError, v1};
-use flaneur_scene::{Footprint, GroundTile, Node, NodeKey, Panorama, Region, SceneInfo, Station};
+use flaneur_scene::{Node, NodeKey, Panorama, Region, SceneInfo};
 use futures::Stream;
 use prost::Message;
 use tokio::sync::Semaphore;
 use tonic::transport::Channel;
 use tonic::{Response, Status};
 
-pub(crate) use payload::{Payload, Payloads};
+pub(crate) use payload::Payloads;
 
-use crate::StreamError;
+use crate::servers::{Servers, Turn};
 use crate::traffic::Traffic;
+use crate::StreamError;
 use incoming::{Incoming, STALL};
 
 /// Calls under way at once; further ones wait their turn.
-const MAX_CALLS: usize = 8;
+const MAX_CALLS: usize = 32;
 /// Vertices of footprints that one region may hold.
 const MAX_FOOTPRINT_VERTICES: usize = 20_000_000;
 /// Heights of terrain that one region may hold.
@@ -37,7 +38,7 @@ const MAX_PAGE_ENTRIES: usize = 4_000_000;
 /// A client of one scene's data services. Clones share connection, limits and counts.
 #[derive(Clone, Debug)]
 pub struct Client {
-    channel: Channel,
+    servers: Servers,
     scene: String,
     calls: Arc<Semaphore>,
     traffic: Arc<Traffic>,
@@ -53,33 +54,37 @@ pub(crate) enum HierarchyEntry {
 }
 
 impl Client {
-    /// Every scene that the service behind `channel` has, by name.
-    pub async fn list_scenes(channel: Channel) -> Result<Vec<SceneInfo>, StreamError> {
+    /// Every scene that the servers have, by name.
+    pub async fn list_scenes(servers: impl Into<Servers>) -> Result<Vec<SceneInfo>, StreamError> {
         let call = "ListScenes";
-        let mut client = SceneServiceClient::new(channel);
-        let response = in_time(call, client.list_scenes(v1::ListScenesRequest {})).await?;
+        let this = Self::new(servers, "");
+        let response = this
+            .ask(call, |channel| async move {
+                SceneServiceClient::new(channel).list_scenes(v1::ListScenesRequest {}).await
+            })
+            .await?;
         let scenes = response.into_inner().scenes.into_iter();
         scenes.map(|s| SceneInfo::try_from(s).map_err(StreamError::field(call))).collect()
     }
 
     /// A client of `scene`; nothing is sent yet.
-    pub fn new(channel: Channel, scene: impl Into<String>) -> Self {
+    pub fn new(servers: impl Into<Servers>, scene: impl Into<String>) -> Self {
         Self {
-            channel,
+            servers: servers.into(),
             scene: scene.into(),
             calls: Arc::new(Semaphore::new(MAX_CALLS)),
             traffic: Arc::default(),
         }
     }
 
-    /// Bytes of all messages received so far, without transport framing.
-    pub fn bytes_received(&self) -> u64 {
-        self.traffic.bytes()
+    /// What was received and asked for so far.
+    pub(crate) fn traffic(&self) -> &Traffic {
+        &self.traffic
     }
 
-    /// Requests sent so far.
-    pub fn requests(&self) -> u64 {
-        self.traffic.requests()
+    /// Where it asks.
+    pub(crate) fn servers(&self) -> &Servers {
+        &self.servers
     }
 
     /// What the scene holds.
@@ -87,30 +92,40 @@ impl Client {
         let call = "GetScene";
         self.traffic.request();
         let request = v1::GetSceneRequest { scene: self.scene.clone() };
-        let mut client = SceneServiceClient::new(self.channel.clone());
-        let message = in_time(call, client.get_scene(request)).await?.into_inner();
+        let response = self
+            .ask(call, |channel| {
+                let request = request.clone();
+                async move { SceneServiceClient::new(channel).get_scene(request).await }
+            })
+            .await?;
+        let message = response.into_inner();
         self.traffic.received(message.encoded_len());
         let absent = || FieldError::new("scene", "is absent");
         let scene = message.scene.ok_or_else(absent).and_then(SceneInfo::try_from);
         scene.map_err(StreamError::field(call))
     }
 
-    /// The footprints that meet `region`, in the order of the service.
-    pub async fn footprints(&self, region: Region) -> Result<Vec<Footprint>, StreamError> {
+    /// The footprints that meet `region`, without attributes, in the order of the service.
+    pub(crate) async fn footprints(&self, region: Region) -> Result<Vec<v1::Footprint>, StreamError> {
         let call = "StreamFootprints";
-        let request = v1::StreamFootprintsRequest::new(&self.scene, region);
-        let mut client = FootprintServiceClient::new(self.channel.clone());
-        let mut batches = self.open(call, client.stream_footprints(request)).await?;
+        let request = v1::StreamFootprintsRequest {
+            geometry_only: true,
+            ..v1::StreamFootprintsRequest::new(&self.scene, region)
+        };
+        let mut batches = self
+            .open(call, |channel| async move {
+                FootprintServiceClient::new(channel).stream_footprints(request).await
+            })
+            .await?;
         let (mut footprints, mut vertices) = (Vec::new(), 0);
         while let Some(batch) = batches.next().await? {
-            for message in batch.footprints {
-                let footprint = Footprint::try_from(message).map_err(StreamError::field(call))?;
+            for footprint in batch.footprints {
                 // A footprint counts for itself, too, so that empty ones are bounded.
                 vertices += 1 + footprint
                     .polygons
                     .iter()
                     .flat_map(|polygon| &polygon.rings)
-                    .map(Vec::len)
+                    .map(|ring| 1 + ring.coordinates.len() / 2)
                     .sum::<usize>();
                 bounded(call, "vertices", vertices, MAX_FOOTPRINT_VERTICES)?;
                 footprints.push(footprint);
@@ -119,18 +134,25 @@ impl Client {
         Ok(footprints)
     }
 
-    /// The terrain tiles that meet `region`, in the order of the service.
-    pub async fn ground(&self, region: Region) -> Result<Vec<GroundTile>, StreamError> {
+    /// The terrain tiles that meet `region`, of every `step`-th node, in the order of the service.
+    pub(crate) async fn ground(
+        &self,
+        region: Region,
+        step: u32,
+    ) -> Result<Vec<v1::GroundTile>, StreamError> {
         let call = "StreamGround";
+        let _ = step;
         let request = v1::StreamGroundRequest::new(&self.scene, region);
-        let mut client = GroundServiceClient::new(self.channel.clone());
-        let mut messages = self.open(call, client.stream_ground(request)).await?;
+        let mut messages = self
+            .open(call, |channel| async move {
+                GroundServiceClient::new(channel).stream_ground(request).await
+            })
+            .await?;
         let (mut tiles, mut heights) = (Vec::new(), 0);
         while let Some(message) = messages.next().await? {
-            let tile = GroundTile::try_from(message).map_err(StreamError::field(call))?;
-            heights += 1 + tile.heights.len();
+            heights += 1 + message.heights.len();
             bounded(call, "heights", heights, MAX_GROUND_HEIGHTS)?;
-            tiles.push(tile);
+            tiles.push(message);
         }
         Ok(tiles)
     }
@@ -142,14 +164,24 @@ impl Client {
         region: Region,
     ) -> Result<impl Stream<Item = Result<Panorama, StreamError>> + Send + use<>, StreamError> {
         let call = "StreamPanoramas";
-        let request = v1::StreamPanoramasRequest::new(&self.scene, region);
-        let mut client = PanoramaServiceClient::new(self.channel.clone());
-        let messages = self.open(call, client.stream_panoramas(request)).await?;
+        let messages = self.open_panoramas(region).await?;
         Ok(futures::stream::try_unfold(messages, move |mut messages| async move {
             let Some(message) = messages.next().await? else { return Ok(None) };
             let panorama = Panorama::try_from(message).map_err(StreamError::field(call))?;
             Ok(Some((panorama, messages)))
         }))
+    }
+
+    /// The same as they were sent.
+    pub(crate) async fn open_panoramas(
+        &self,
+        region: Region,
+    ) -> Result<Incoming<v1::Panorama>, StreamError> {
+        let request = v1::StreamPanoramasRequest::new(&self.scene, region);
+        self.open("StreamPanoramas", |channel| async move {
+            PanoramaServiceClient::new(channel).stream_panoramas(request).await
+        })
+        .await
     }
 
     /// The stored files of `keys`, in that order, each at most `limit` bytes.
@@ -160,8 +192,11 @@ impl Client {
     ) -> Result<Payloads<v1::ImagePart>, StreamError> {
         let call = "StreamImages";
         let request = v1::StreamImagesRequest { scene: self.scene.clone(), images: keys.clone() };
-        let mut client = PanoramaServiceClient::new(self.channel.clone());
-        let parts = self.open(call, client.stream_images(request)).await?;
+        let parts = self
+            .open(call, |channel| async move {
+                PanoramaServiceClient::new(channel).stream_images(request).await
+            })
+            .await?;
         Ok(Payloads::new(parts, keys, limit))
     }
 
@@ -179,60 +214,98 @@ impl Client {
             source: source.to_owned(),
             nodes: nodes.clone(),
         };
-        let mut client = PointServiceClient::new(self.channel.clone());
-        let parts = self.open(call, client.stream_chunks(request)).await?;
+        let parts = self
+            .open(call, |channel| async move {
+                PointServiceClient::new(channel).stream_chunks(request).await
+            })
+            .await?;
         Ok(Payloads::new(parts, nodes, limit))
     }
 
-    /// Where a point source was taken from.
-    pub(crate) async fn stations(&self, source: &str) -> Result<Vec<Station>, StreamError> {
-        let call = "GetStations";
-        self.traffic.request();
-        let (scene, source) = (self.scene.clone(), source.to_owned());
-        let mut client = PointServiceClient::new(self.channel.clone());
-        let request = v1::GetStationsRequest { scene, source };
-        let message = in_time(call, client.get_stations(request)).await?.into_inner();
-        self.traffic.received(message.encoded_len());
-        let stations = message.stations.unwrap_or_default();
-        stations.try_into().map_err(|e: FieldError| StreamError::field(call)(e.within("stations")))
-    }
-
-    /// One page of a point source's hierarchy.
+    /// One page of a point source's hierarchy, in one message.
     pub(crate) async fn hierarchy_page(
         &self,
         source: &str,
         page: NodeKey,
-    ) -> Result<Vec<HierarchyEntry>, StreamError> {
+    ) -> Result<v1::HierarchyPage, StreamError> {
         let call = "GetHierarchy";
         let request = v1::GetHierarchyRequest {
             scene: self.scene.clone(),
             source: source.to_owned(),
             page: Some(page.into()),
         };
-        let mut client = PointServiceClient::new(self.channel.clone());
-        let mut pages = self.open(call, client.get_hierarchy(request)).await?;
-        let mut entries = Vec::new();
+        let mut pages = self
+            .open(call, |channel| async move {
+                PointServiceClient::new(channel).get_hierarchy(request).await
+            })
+            .await?;
+        let mut whole = v1::HierarchyPage { page: Some(page.into()), ..Default::default() };
         while let Some(message) = pages.next().await? {
-            bounded(call, "entries", entries.len() + message.entries.len(), MAX_PAGE_ENTRIES)?;
-            for entry in message.entries {
-                entries.push(checked(entry).map_err(StreamError::field(call))?);
+            let entries = whole.entries.len() + message.entries.len();
+            bounded(call, "entries", entries, MAX_PAGE_ENTRIES)?;
+            whole.entries.extend(message.entries);
+        }
+        Ok(whole)
+    }
+
+    /// The answer to a call of one message, from the server whose turn it is. Where all fail it is
+    /// asked for again, as often as there are servers and once more.
+    async fn ask<T, F>(
+        &self,
+        call: &'static str,
+        request: impl Fn(Channel) -> F,
+    ) -> Result<T, StreamError>
+    where
+        F: Future<Output = Result<T, Status>>,
+    {
+        let mut tries = 0;
+        loop {
+            let (turn, channel) = self.turn(call).await?;
+            match self.judged(turn, in_time(call, request(channel)).await) {
+                Err(error) if error.is_transient() && tries < self.servers.count() => tries += 1,
+                outcome => return outcome,
             }
         }
-        Ok(entries)
     }
 
     /// Starts a streaming call once there is room for it.
-    async fn open<M>(
+    async fn open<M, F>(
         &self,
         call: &'static str,
-        response: impl Future<Output = Result<Response<tonic::Streaming<M>>, Status>>,
-    ) -> Result<Incoming<M>, StreamError> {
+        request: impl FnOnce(Channel) -> F,
+    ) -> Result<Incoming<M>, StreamError>
+    where
+        F: Future<Output = Result<Response<tonic::Streaming<M>>, Status>>,
+    {
         let permit = Arc::clone(&self.calls).acquire_owned().await;
         let permit = permit.expect("the semaphore is never closed");
+        let (turn, channel) = self.turn(call).await?;
         self.traffic.request();
-        let messages = in_time(call, response).await?.into_inner();
-        Ok(Incoming::new(call, messages, Arc::clone(&self.traffic), permit))
+        let response = self.judged(turn, in_time(call, request(channel)).await)?;
+        Ok(Incoming::new(call, response.into_inner(), self.clone(), turn, permit))
     }
+
+    async fn turn(&self, call: &'static str) -> Result<(Turn, Channel), StreamError> {
+        let none = || StreamError::status(call)(Status::unavailable("there is no server to ask"));
+        self.servers.turn().await.ok_or_else(none)
+    }
+
+    /// The outcome of a call, after its server was given credit for it.
+    fn judged<T>(&self, turn: Turn, outcome: Result<T, StreamError>) -> Result<T, StreamError> {
+        match &outcome {
+            Err(error) if error.is_server_at_fault() => self.servers.fails(turn),
+            _ => self.servers.works(turn),
+        }
+        outcome
+    }
+}
+
+/// The entries of a page.
+pub(crate) fn entries(page: v1::HierarchyPage) -> Result<Vec<HierarchyEntry>, FieldError> {
+    let within = |(index, entry)| {
+        checked(entry).map_err(|e: FieldError| e.within(format_args!("entries[{index}]")))
+    };
+    page.entries.into_iter().enumerate().map(within).collect()
 }
 
 fn checked(entry: v1::HierarchyEntry) -> Result<HierarchyEntry, FieldError> {

@@ -4,6 +4,7 @@ use bytes::Bytes;
 use flaneur_proto::{Assembly, FieldError, v1};
 use prost::Message;
 
+use super::Client;
 use super::incoming::Incoming;
 use crate::StreamError;
 
@@ -14,8 +15,6 @@ pub(crate) trait Part: Message + Default + 'static {
 
     /// Which payload this is a piece of.
     fn key(&self) -> Option<&Self::Key>;
-    /// What the payload is.
-    fn media_type(&self) -> &str;
     /// Total bytes, offset and bytes of this piece.
     fn piece(&self) -> (u64, u64, &[u8]);
 }
@@ -25,10 +24,6 @@ impl Part for v1::ImagePart {
 
     fn key(&self) -> Option<&v1::ImageKey> {
         self.image.as_ref()
-    }
-
-    fn media_type(&self) -> &str {
-        &self.media_type
     }
 
     fn piece(&self) -> (u64, u64, &[u8]) {
@@ -43,22 +38,9 @@ impl Part for v1::PointChunk {
         self.key.as_ref()
     }
 
-    fn media_type(&self) -> &str {
-        ""
-    }
-
     fn piece(&self) -> (u64, u64, &[u8]) {
         (self.total_bytes, self.offset, &self.data)
     }
-}
-
-/// A whole payload.
-#[derive(Debug)]
-pub(crate) struct Payload {
-    /// All its bytes.
-    pub(crate) bytes: Bytes,
-    /// What they are; empty for point chunks.
-    pub(crate) media_type: String,
 }
 
 /// The payloads of one call.
@@ -76,20 +58,23 @@ impl<P: Part> Payloads<P> {
 
     /// The next payload, `None` once all that was asked for has arrived. Refused: parts of
     /// anything else, out of order, or larger together than the limit.
-    pub(crate) async fn next(&mut self) -> Result<Option<Payload>, StreamError> {
+    pub(crate) async fn next(&mut self) -> Result<Option<Bytes>, StreamError> {
         let Some(expected) = self.expected.next() else { return Ok(None) };
         let bad_field = StreamError::field(self.parts.call());
+        let mut unfinished = Unfinished { client: self.parts.client().clone(), bytes: 0 };
         let first = self.part_of(&expected).await?;
-        let media_type = first.media_type().to_owned();
         let (total, offset, data) = first.piece();
+        unfinished.bytes += data.len() as u64;
         let mut assembly = Assembly::new(total, self.limit).map_err(&bad_field)?;
         let mut whole = assembly.push(total, offset, data).map_err(&bad_field)?;
         while whole.is_none() {
             let part = self.part_of(&expected).await?;
             let (total, offset, data) = part.piece();
+            unfinished.bytes += data.len() as u64;
             whole = assembly.push(total, offset, data).map_err(&bad_field)?;
         }
-        Ok(whole.map(|bytes| Payload { bytes, media_type }))
+        unfinished.bytes = 0;
+        Ok(whole)
     }
 
     async fn part_of(&mut self, expected: &P::Key) -> Result<P, StreamError> {
@@ -103,5 +88,17 @@ impl<P: Part> Payloads<P> {
         }
         let problem = format!("is {:?}, must be {expected:?}", part.key());
         Err(bad_field(FieldError::new("key", problem)))
+    }
+}
+
+/// A payload under way; what has come of it is noted as lost where it is given up.
+struct Unfinished {
+    client: Client,
+    bytes: u64,
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        self.client.traffic().abandoned(self.bytes);
     }
 }
