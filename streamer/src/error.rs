@@ -47,6 +47,9 @@ pub enum StreamError {
         /// What is wrong with its bytes.
         problem: String,
     },
+    /// What is fetched cannot be kept.
+    #[error(transparent)]
+    Cache(#[from] crate::CacheError),
     /// The caller cancelled.
     #[error("streaming was cancelled")]
     Cancelled,
@@ -81,6 +84,7 @@ impl StreamError {
             Self::BadMessage { .. }
             | Self::TooMuch { .. }
             | Self::Damaged { .. }
+            | Self::Cache(_)
             | Self::Cancelled => false,
         }
     }
@@ -90,7 +94,7 @@ impl StreamError {
         match self {
             Self::BadMessage { .. } | Self::TooMuch { .. } | Self::Damaged { .. } => true,
             Self::Status { status, .. } => status.code() == tonic::Code::DataLoss,
-            Self::Stalled { .. } | Self::Cancelled => false,
+            Self::Stalled { .. } | Self::Cache(_) | Self::Cancelled => false,
         }
     }
 

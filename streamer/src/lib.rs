@@ -1,9 +1,20 @@
 //! From a view to scene updates: decides what to fetch, fetches it from the data services,
-//! decodes it, and emits it in a sensible order.
+//! decodes it, and emits it, what matters most for the picture first.
 //!
-//! The services are reached through a [`tonic::transport::Channel`], be they across a network
-//! or in the same process. Whatever they send is checked: they need not be friends. This
+//! The services are reached through one or several [`tonic::transport::Channel`]s, be they across a
+//! network or in the same process. Whatever they send is checked: they need not be friends. This
 //! crate knows no store and no GPU.
+//!
+//! | module | what |
+//! |---|---|
+//! | `survey` | what is known of a scene, and what a view wants of it |
+//! | `choose` | which tiles, images and nodes a view wants |
+//! | `plan` | in which order, what is under way, what the receiver holds: decisions alone |
+//! | `load` | parts out of the cache or over the network, no more at once than it carries |
+//! | `cache` | what was fetched, in memory and on disk |
+//! | `client` | the calls of the services, checked; `servers`: which of several is asked |
+//! | `decode` | payloads to meshes, pictures and points, on threads that may block |
+//! | `session` | the task that ties these together for one receiver |
 //!
 //! ```no_run
 //! # async fn example(channel: tonic::transport::Channel, view: flaneur_scene::View)
@@ -18,6 +29,7 @@
 //!     match event? {
 //!         Event::Update(update) => println!("for the renderer: {update:?}"),
 //!         Event::Progress(progress) => println!("{} to come", progress.remaining),
+//!         Event::Fault { error, .. } => println!("cannot be had: {error}"),
 //!     }
 //! }
 //! # Ok(())
@@ -30,11 +42,14 @@ mod client;
 mod decode;
 mod error;
 mod event;
-mod fetch;
 mod limits;
+mod load;
+mod plan;
 mod request;
-mod resident;
+mod servers;
+mod session;
 mod streamer;
+mod survey;
 mod traffic;
 
 pub use cache::{CacheError, CacheOptions, CacheStatistics, DiskOptions, Rank, SegmentedLru};
@@ -42,5 +57,8 @@ pub use client::Client;
 pub use error::StreamError;
 pub use event::{Event, Progress};
 pub use limits::FetchLimits;
-pub use request::ViewRequest;
-pub use streamer::{Events, Streamer};
+pub use plan::Order;
+pub use request::{Gaze, ViewRequest};
+pub use servers::Servers;
+pub use session::Statistics;
+pub use streamer::{Events, StreamOptions, Streamer};

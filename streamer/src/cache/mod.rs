@@ -14,8 +14,6 @@
 //! The caller checks what it inserts. What is found is checked again against what the caller
 //! expects of it: an entry that differs is removed and counts as absent.
 
-#![cfg_attr(not(test), expect(dead_code, reason = "used once the loader asks it"))]
-
 mod disk;
 mod key;
 mod memory;
@@ -60,7 +58,7 @@ pub struct DiskOptions {
 }
 
 /// Why a cache cannot be used.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 pub enum CacheError {
     /// The place is taken by something else.
     #[error(

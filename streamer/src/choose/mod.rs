@@ -16,4 +16,4 @@ pub(crate) use districts::{
 pub(crate) use hierarchy::Hierarchy;
 pub(crate) use nodes::{WantedNode, choose_nodes};
 pub(crate) use photographs::{WantedImage, choose_photographs};
-pub(crate) use tiles::{FootprintGrid, TileChoice, choose_tiles};
+pub(crate) use tiles::{FootprintGrid, choose_tiles};

@@ -41,6 +41,11 @@ impl WantedImage {
         &self.panorama.cameras[self.camera]
     }
 
+    /// What a level of it is, for people.
+    pub(crate) fn name(&self, level: u32) -> String {
+        format!("photograph {}/{} at level {level}", self.panorama.id, self.rig_camera().id)
+    }
+
     /// How a request names a level of it.
     pub(crate) fn key(&self, level: u32, layer: v1::ImageLayer) -> v1::ImageKey {
         v1::ImageKey {

@@ -141,8 +141,8 @@ impl Client {
         step: u32,
     ) -> Result<Vec<v1::GroundTile>, StreamError> {
         let call = "StreamGround";
-        let _ = step;
-        let request = v1::StreamGroundRequest::new(&self.scene, region);
+        let request =
+            v1::StreamGroundRequest { step, ..v1::StreamGroundRequest::new(&self.scene, region) };
         let mut messages = self
             .open(call, |channel| async move {
                 GroundServiceClient::new(channel).stream_ground(request).await
@@ -150,7 +150,7 @@ impl Client {
             .await?;
         let (mut tiles, mut heights) = (Vec::new(), 0);
         while let Some(message) = messages.next().await? {
-            heights += 1 + message.heights.len();
+            heights += 1 + message.height_steps_mm.len();
             bounded(call, "heights", heights, MAX_GROUND_HEIGHTS)?;
             tiles.push(message);
         }
@@ -246,6 +246,23 @@ impl Client {
             whole.entries.extend(message.entries);
         }
         Ok(whole)
+    }
+
+    /// Where a point source was taken from.
+    pub(crate) async fn stations(&self, source: &str) -> Result<v1::Stations, StreamError> {
+        let call = "GetStations";
+        self.traffic.request();
+        let (scene, source) = (self.scene.clone(), source.to_owned());
+        let request = v1::GetStationsRequest { scene, source };
+        let response = self
+            .ask(call, |channel| {
+                let request = request.clone();
+                async move { PointServiceClient::new(channel).get_stations(request).await }
+            })
+            .await?;
+        let message = response.into_inner();
+        self.traffic.received(message.encoded_len());
+        Ok(message.stations.unwrap_or_default())
     }
 
     /// The answer to a call of one message, from the server whose turn it is. Where all fail it is

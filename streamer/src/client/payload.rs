@@ -60,34 +60,42 @@ impl<P: Part> Payloads<P> {
     /// anything else, out of order, or larger together than the limit.
     pub(crate) async fn next(&mut self) -> Result<Option<Bytes>, StreamError> {
         let Some(expected) = self.expected.next() else { return Ok(None) };
-        let bad_field = StreamError::field(self.parts.call());
         let mut unfinished = Unfinished { client: self.parts.client().clone(), bytes: 0 };
         let first = self.part_of(&expected).await?;
         let (total, offset, data) = first.piece();
         unfinished.bytes += data.len() as u64;
-        let mut assembly = Assembly::new(total, self.limit).map_err(&bad_field)?;
-        let mut whole = assembly.push(total, offset, data).map_err(&bad_field)?;
+        let mut assembly = Assembly::new(total, self.limit).map_err(|e| self.bad(e))?;
+        let mut whole = assembly.push(total, offset, data).map_err(|e| self.bad(e))?;
         while whole.is_none() {
             let part = self.part_of(&expected).await?;
             let (total, offset, data) = part.piece();
             unfinished.bytes += data.len() as u64;
-            whole = assembly.push(total, offset, data).map_err(&bad_field)?;
+            whole = assembly.push(total, offset, data).map_err(|e| self.bad(e))?;
         }
         unfinished.bytes = 0;
         Ok(whole)
     }
 
+    /// What was received is not what there is: its server is not asked for a while.
+    pub(crate) fn distrust(&self) {
+        self.parts.distrust();
+    }
+
     async fn part_of(&mut self, expected: &P::Key) -> Result<P, StreamError> {
-        let bad_field = StreamError::field(self.parts.call());
-        let part = self.parts.next().await?.ok_or_else(|| {
+        let Some(part) = self.parts.next().await? else {
             let problem = format!("the stream ended before {expected:?} was whole");
-            bad_field(FieldError::new("data", problem))
-        })?;
+            return Err(self.bad(FieldError::new("data", problem)));
+        };
         if part.key() == Some(expected) {
             return Ok(part);
         }
         let problem = format!("is {:?}, must be {expected:?}", part.key());
-        Err(bad_field(FieldError::new("key", problem)))
+        Err(self.bad(FieldError::new("key", problem)))
+    }
+
+    fn bad(&self, field: FieldError) -> StreamError {
+        self.distrust();
+        StreamError::field(self.parts.call())(field)
     }
 }
 

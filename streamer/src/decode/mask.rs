@@ -22,8 +22,8 @@ pub(crate) struct Mask {
 }
 
 /// The mask in `bytes`: what is at least half white shows the scene.
-pub(crate) fn decode_mask(what: &str, media_type: &str, bytes: &[u8]) -> Result<Mask, StreamError> {
-    let (size, grey) = decode_grey(what, media_type, bytes, MAX_PIXELS)?;
+pub(crate) fn decode_mask(what: &str, bytes: &[u8]) -> Result<Mask, StreamError> {
+    let (size, grey) = decode_grey(what, bytes, MAX_PIXELS)?;
     Ok(Mask::new(size, grey.into_iter().map(|value| value >= 128).collect()))
 }
 

@@ -19,11 +19,10 @@ pub(crate) struct Picture {
 /// The photograph in `bytes`, which must be of `size`.
 pub(crate) fn decode_picture(
     what: &str,
-    media_type: &str,
     bytes: &[u8],
     size: UVec2,
 ) -> Result<Picture, StreamError> {
-    let image = decode(what, media_type, bytes, |found| {
+    let image = decode(what, bytes, |found| {
         (found == size).then_some(()).ok_or_else(|| format!("is {found}, must be {size} pixels"))
     })?;
     Ok(Picture { size, rgb: image.into_rgb8().into_raw() })
@@ -32,11 +31,10 @@ pub(crate) fn decode_picture(
 /// The first channel of the picture in `bytes`, at most `max_pixels` large, with its size.
 pub(super) fn decode_grey(
     what: &str,
-    media_type: &str,
     bytes: &[u8],
     max_pixels: u64,
 ) -> Result<(UVec2, Vec<u8>), StreamError> {
-    let image = decode(what, media_type, bytes, |found| {
+    let image = decode(what, bytes, |found| {
         let pixels = u64::from(found.x) * u64::from(found.y);
         let fits = pixels > 0 && pixels <= max_pixels;
         fits.then_some(()).ok_or_else(|| format!("is {found}, at most {max_pixels} pixels"))
@@ -49,14 +47,13 @@ pub(super) fn decode_grey(
 /// only claimed.
 fn decode(
     what: &str,
-    media_type: &str,
     bytes: &[u8],
     accept: impl Fn(UVec2) -> Result<(), String>,
 ) -> Result<image::DynamicImage, StreamError> {
-    let format = match media_type {
-        "image/jpeg" => ImageFormat::Jpeg,
-        "image/png" => ImageFormat::Png,
-        other => return Err(damaged(what, format!("its media type is {other:?}"))),
+    // What a service calls it does not matter: the file says what it is.
+    let format = match image::guess_format(bytes) {
+        Ok(format @ (ImageFormat::Jpeg | ImageFormat::Png)) => format,
+        _ => return Err(damaged(what, "is neither a JPEG nor a PNG")),
     };
     let refuse = |e: image::ImageError| damaged(what, e.to_string());
     let decoder =

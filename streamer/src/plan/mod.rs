@@ -56,6 +56,8 @@ pub(crate) struct Standing {
 pub(crate) enum Verdict {
     /// It is asked for again.
     Again,
+    /// It is asked for again, by itself: another part of its batch may be at fault.
+    Alone,
     /// It is not, as long as this plan lives.
     Never,
 }
@@ -72,6 +74,8 @@ pub(crate) struct Plan {
     /// Under way, from the request until it is decoded.
     flying: BTreeMap<Part, BatchId>,
     lost: BTreeSet<Part>,
+    /// To be asked for by themselves.
+    alone: BTreeSet<Part>,
     /// Fetched ahead, and so to be had without the network.
     ahead: BTreeSet<Part>,
     /// Points that wait for the nodes above them.
@@ -128,6 +132,11 @@ impl Plan {
             .filter(|want| !(busy && want.stage == Stage::Ahead))
             .take(512)
             .collect();
+        let by_itself = missing.first().filter(|want| self.alone.contains(&want.part));
+        let missing: Vec<&Want> = match by_itself {
+            Some(want) => vec![want],
+            None => missing.into_iter().filter(|want| !self.alone.contains(&want.part)).collect(),
+        };
         let (parts, bytes) = batch::gather(&missing, most_bytes);
         if parts.is_empty() {
             return None;
@@ -186,14 +195,17 @@ impl Plan {
     /// A part could not be had.
     pub(crate) fn fail(&mut self, part: &Part, verdict: Verdict) {
         self.flying.remove(part);
-        if verdict == Verdict::Never {
-            self.lost.insert(part.clone());
+        match verdict {
+            Verdict::Again => {}
+            Verdict::Alone => _ = self.alone.insert(part.clone()),
+            Verdict::Never => _ = self.lost.insert(part.clone()),
         }
     }
 
     /// Forgets what could not be had, so that it is asked for again.
     pub(crate) fn forgive(&mut self) {
         self.lost.clear();
+        self.alone.clear();
     }
 
     /// What the receiver is to be told now that something was lost: points that need not wait for it.

@@ -61,7 +61,7 @@ impl Part {
     }
 
     /// Its cell, where requests ask for a rectangle of cells.
-    pub(super) fn cell(&self) -> Option<(i32, i32)> {
+    pub(crate) fn cell(&self) -> Option<(i32, i32)> {
         match self {
             Self::Panoramas(district) => Some(*district),
             Self::Mesh { key, .. } => Some((key.x, key.y)),

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use flaneur_proto::v1;
-use flaneur_scene::{IdError, ImageId, PointNodeId, StoredImage, TileKey, TileLayer};
+use flaneur_scene::{IdError, ImageId, PointNodeId, StoredImage, TileLayer};
 
 use super::{Candidates, Survey, gain};
 use crate::ViewRequest;
@@ -36,6 +36,20 @@ pub(crate) enum Target {
     Image(WantedImage, u32),
     /// A node.
     Node(WantedNode),
+}
+
+impl Target {
+    /// What it is, for people.
+    pub(crate) fn name(&self) -> String {
+        match self {
+            Self::Named => "an answer".to_owned(),
+            Self::Mask(key, _) => format!("the mask of {}/{}", key.panorama, key.camera),
+            Self::Image(image, level) => image.name(*level),
+            Self::Node(wanted) => {
+                format!("node {:?} of point source {}", wanted.id.key, wanted.id.source)
+            }
+        }
+    }
 }
 
 /// Targets of all parts that are wanted.
@@ -217,9 +231,4 @@ impl<'a> List<'a> {
             self.wishes.wants.push(want);
         }
     }
-}
-
-/// The key of a tile of terrain.
-pub(crate) fn ground_key((x, y): (i32, i32)) -> TileKey {
-    TileKey { layer: TileLayer::Ground, x, y }
 }

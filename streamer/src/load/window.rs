@@ -1,0 +1,185 @@
+//! How much may be under way at once: as much as the connection carries in the time it takes to
+//! hear of it, and a little more.
+//!
+//! Less would leave the connection idle; more would wait in buffers, and make what a new view wants
+//! wait behind it. The rate is the largest that was seen of late, the delay the least: what BBR
+//! (Cardwell et al., 2016) does for packets is done here for requests.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+/// Before anything is known: a slow connection's half second.
+const FIRST_BYTES: u64 = 96 << 10;
+/// Never less, so that a rate measured low can rise.
+const LEAST_BYTES: u64 = 64 << 10;
+/// Never more: the server's and our own memory.
+const MOST_BYTES: u64 = 16 << 20;
+/// How many times what the connection carries in a delay: room for the rate to rise.
+const GAIN: f64 = 2.0;
+/// What decoding and deciding take beside the network's delay.
+const SLACK: Duration = Duration::from_millis(50);
+/// How long a measurement counts.
+const MEMORY: Duration = Duration::from_secs(10);
+/// Requests under way, whatever they weigh.
+const MOST_REQUESTS: usize = 24;
+
+/// The state of one connection.
+#[derive(Debug, Default)]
+pub(crate) struct Window {
+    requests: usize,
+    /// Bytes that are expected, of all requests.
+    under_way: u64,
+    delivered: u64,
+    /// Bytes a second, of late: each with the time of its measurement, falling.
+    rates: VecDeque<(Instant, f64)>,
+    /// Seconds to a first byte, of late, rising.
+    delays: VecDeque<(Instant, f64)>,
+}
+
+/// A request under way, as the window sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sent {
+    at: Instant,
+    delivered: u64,
+    /// Bytes that are still expected.
+    expected: u64,
+    heard: bool,
+}
+
+impl Window {
+    /// Bytes that one more request may ask for; `None` where none may be sent now.
+    pub(crate) fn room(&self) -> Option<u64> {
+        let size = self.size();
+        let has_room = self.requests < MOST_REQUESTS && self.under_way < size;
+        // Small enough that several share the connection, and the next view need not wait long.
+        has_room.then_some((size / 4).max(LEAST_BYTES / 4))
+    }
+
+    /// Takes note of a request for `bytes`.
+    pub(crate) fn send(&mut self, bytes: u64, now: Instant) -> Sent {
+        self.requests += 1;
+        self.under_way += bytes;
+        Sent { at: now, delivered: self.delivered, expected: bytes, heard: false }
+    }
+
+    /// Takes note of `bytes` that came for a request.
+    pub(crate) fn receive(&mut self, sent: &mut Sent, bytes: u64, now: Instant) {
+        self.delivered += bytes;
+        let done = bytes.min(sent.expected);
+        sent.expected -= done;
+        self.under_way = self.under_way.saturating_sub(done);
+        let seconds = now.duration_since(sent.at).as_secs_f64();
+        if !std::mem::replace(&mut sent.heard, true) {
+            keep(&mut self.delays, now, seconds, |old, new| old >= new);
+        }
+        // All that came since the request was sent, whoever asked for it.
+        let rate = (self.delivered - sent.delivered) as f64 / seconds.max(1e-3);
+        keep(&mut self.rates, now, rate, |old, new| old <= new);
+    }
+
+    /// So many bytes of a request need not come.
+    pub(crate) fn forgo(&mut self, sent: &mut Sent, bytes: u64) {
+        let done = bytes.min(sent.expected);
+        sent.expected -= done;
+        self.under_way = self.under_way.saturating_sub(done);
+    }
+
+    /// A request has ended, one way or another.
+    pub(crate) fn end(&mut self, sent: &Sent) {
+        self.requests = self.requests.saturating_sub(1);
+        self.under_way = self.under_way.saturating_sub(sent.expected);
+    }
+
+    /// Bytes that may be under way.
+    fn size(&self) -> u64 {
+        let (Some((_, rate)), Some((_, delay))) = (self.rates.front(), self.delays.front()) else {
+            return FIRST_BYTES;
+        };
+        let bytes = GAIN * rate * (delay + SLACK.as_secs_f64());
+        (bytes as u64).clamp(LEAST_BYTES, MOST_BYTES)
+    }
+}
+
+/// Adds a measurement to those that count: the best of the last while at the front, behind it what
+/// is best once that is too old.
+fn keep(
+    kept: &mut VecDeque<(Instant, f64)>,
+    now: Instant,
+    value: f64,
+    is_worse: impl Fn(f64, f64) -> bool,
+) {
+    while kept.back().is_some_and(|&(_, old)| is_worse(old, value)) {
+        kept.pop_back();
+    }
+    kept.push_back((now, value));
+    while kept.front().is_some_and(|&(at, _)| now.duration_since(at) > MEMORY) {
+        kept.pop_front();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Requests over a connection of `rate` bytes a second and a delay of `delay` seconds, one step
+    /// every 5 ms: bytes delivered in the last of `seconds`, and bytes under way at the end.
+    fn run(rate: f64, delay: f64, seconds: f64) -> (f64, u64) {
+        let start = Instant::now();
+        let mut window = Window::default();
+        // Arrival of the request, bytes left.
+        let mut queue: VecDeque<(f64, f64, Sent)> = VecDeque::new();
+        let (mut time, mut last_second) = (0.0, 0.0);
+        while time < seconds {
+            let now = start + Duration::from_secs_f64(time);
+            while let Some(bytes) = window.room() {
+                let sent = window.send(bytes, now);
+                queue.push_back((time + delay, bytes as f64, sent));
+            }
+            let mut carried = rate * 0.005;
+            while let Some((from, left, sent)) = queue.front_mut() {
+                if *from > time || carried <= 0.0 {
+                    break;
+                }
+                let bytes = carried.min(*left);
+                carried -= bytes;
+                *left -= bytes;
+                window.receive(sent, bytes as u64, now);
+                if time >= seconds - 1.0 {
+                    last_second += bytes;
+                }
+                if *left < 1.0 {
+                    window.end(sent);
+                    queue.pop_front();
+                }
+            }
+            time += 0.005;
+        }
+        (last_second, window.under_way)
+    }
+
+    #[test]
+    fn the_connection_is_full_and_its_queue_short() {
+        for (rate, delay) in [(1.25e6, 0.1), (125e3, 0.05), (12.5e6, 0.3), (50e6, 0.001)] {
+            let (last_second, under_way) = run(rate, delay, 8.0);
+            assert!(last_second > 0.9 * rate, "{last_second} of {rate} at {delay}");
+            let carried = rate * (delay + SLACK.as_secs_f64());
+            let most = (4.0 * carried).max(2.0 * LEAST_BYTES as f64);
+            assert!((under_way as f64) < most, "{under_way} under way at {rate}, {delay}");
+        }
+    }
+
+    #[test]
+    fn what_ends_makes_room_however_it_ends() {
+        let now = Instant::now();
+        let mut window = Window::default();
+        let mut sent = Vec::new();
+        while let Some(bytes) = window.room() {
+            sent.push(window.send(bytes, now));
+        }
+        assert!(window.under_way >= FIRST_BYTES);
+        sent.iter().for_each(|sent| window.end(sent));
+        assert_eq!((window.requests, window.under_way), (0, 0));
+    }
+}

@@ -1,0 +1,211 @@
+//! Asking the services for parts. Whatever comes becomes one payload a part: files and chunks as they
+//! are, and of what answers a region to each part what is its own, encoded again.
+
+use std::collections::{BTreeMap, HashMap};
+
+use bytes::Bytes;
+use flaneur_proto::v1;
+use flaneur_scene::{Bounds2, Footprint, Panorama, Region, SceneInfo, TileLayer};
+use prost::Message;
+
+use super::expected;
+use crate::choose::{District, FootprintGrid, district_bounds, district_of};
+use crate::client::Client;
+use crate::decode::damaged;
+use crate::plan::Part;
+use crate::survey::Target;
+use crate::StreamError;
+
+/// Largest stored file that is taken.
+const MAX_BYTES: u64 = 1 << 30;
+/// Share of a tile's side by which a request stays inside the tiles that it asks for, so that their
+/// neighbours do not come along.
+const INSET: f64 = 0.25;
+
+/// Fetches `parts`, all of one kind, and gives each to `land` as it comes. An error says nothing
+/// of the parts that have landed.
+pub(super) async fn fetch(
+    client: &Client,
+    scene: &SceneInfo,
+    parts: &[(Part, Target)],
+    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+) -> Result<(), StreamError> {
+    let Some((first, _)) = parts.first() else { return Ok(()) };
+    match first {
+        Part::Panoramas(_) => panoramas(client, parts, land).await,
+        Part::Mesh { key, step } => match key.layer {
+            TileLayer::Footprints => footprints(client, parts, land).await,
+            TileLayer::Ground => ground(client, scene, parts, *step, land).await,
+        },
+        Part::Page(page) => {
+            let source = source_name(scene, page.source);
+            let answer = client.hierarchy_page(source, page.key).await?;
+            land(first, Ok(answer.encode_to_vec().into()));
+            Ok(())
+        }
+        Part::Stations(source) => {
+            let answer = client.stations(source_name(scene, *source)).await?;
+            land(first, Ok(answer.encode_to_vec().into()));
+            Ok(())
+        }
+        Part::Mask(_) | Part::Image { .. } => images(client, parts, land).await,
+        Part::Node(id) => chunks(client, source_name(scene, id.source), parts, land).await,
+    }
+}
+
+async fn images(
+    client: &Client,
+    parts: &[(Part, Target)],
+    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+) -> Result<(), StreamError> {
+    let keys = parts.iter().filter_map(|(_, target)| match target {
+        Target::Mask(key, _) => Some(key.clone()),
+        Target::Image(image, level) => Some(image.key(*level, v1::ImageLayer::Colour)),
+        Target::Named | Target::Node(_) => None,
+    });
+    let mut payloads = client.images(keys.collect(), limit(parts)).await?;
+    for (part, target) in parts {
+        let Some(payload) = payloads.next().await? else { break };
+        let payload = checked(target, payload);
+        if payload.is_err() {
+            payloads.distrust();
+        }
+        land(part, payload);
+    }
+    Ok(())
+}
+
+async fn chunks(
+    client: &Client,
+    source: &str,
+    parts: &[(Part, Target)],
+    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+) -> Result<(), StreamError> {
+    let keys = parts.iter().filter_map(|(part, _)| match part {
+        Part::Node(id) => Some(id.key),
+        _ => None,
+    });
+    let mut payloads = client.chunks(source, keys.collect(), limit(parts)).await?;
+    for (part, target) in parts {
+        let Some(payload) = payloads.next().await? else { break };
+        let payload = checked(target, payload);
+        if payload.is_err() {
+            payloads.distrust();
+        }
+        land(part, payload);
+    }
+    Ok(())
+}
+
+async fn panoramas(
+    client: &Client,
+    parts: &[(Part, Target)],
+    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+) -> Result<(), StreamError> {
+    let mut found: BTreeMap<District, Vec<u8>> = BTreeMap::new();
+    let mut around = Bounds2::EMPTY;
+    for (part, _) in parts {
+        let Part::Panoramas(district) = part else { continue };
+        found.insert(*district, Vec::new());
+        include(&mut around, &district_bounds(*district));
+    }
+    let mut messages = client.open_panoramas(Region::Box(around)).await?;
+    while let Some(message) = messages.next().await? {
+        let panorama = Panorama::try_from(message.clone())
+            .map_err(StreamError::field(messages.call()))?;
+        let district = district_of(panorama.position.truncate());
+        // Those on the border of the region may be another district's.
+        if let Some(bytes) = district.and_then(|district| found.get_mut(&district)) {
+            bytes.extend_from_slice(&message.encode_length_delimited_to_vec());
+        }
+    }
+    for (part, _) in parts {
+        let Part::Panoramas(district) = part else { continue };
+        land(part, Ok(found.remove(district).unwrap_or_default().into()));
+    }
+    Ok(())
+}
+
+async fn footprints(
+    client: &Client,
+    parts: &[(Part, Target)],
+    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+) -> Result<(), StreamError> {
+    let mut found = BTreeMap::new();
+    let mut around = Bounds2::EMPTY;
+    for (part, _) in parts {
+        let Part::Mesh { key, .. } = part else { continue };
+        found.insert(*key, v1::FootprintBatch::default());
+        include(&mut around, &FootprintGrid::bounds(*key));
+    }
+    for message in client.footprints(Region::Box(around)).await? {
+        let footprint = Footprint::try_from(message.clone())
+            .map_err(StreamError::field("StreamFootprints"))?;
+        let key = FootprintGrid::key(&footprint);
+        if let Some(tile) = key.and_then(|key| found.get_mut(&key)) {
+            tile.footprints.push(message);
+        }
+    }
+    for (part, _) in parts {
+        let Part::Mesh { key, .. } = part else { continue };
+        land(part, Ok(found.remove(key).unwrap_or_default().encode_to_vec().into()));
+    }
+    Ok(())
+}
+
+async fn ground(
+    client: &Client,
+    scene: &SceneInfo,
+    parts: &[(Part, Target)],
+    step: u32,
+    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+) -> Result<(), StreamError> {
+    let Some(layout) = &scene.ground else { return Ok(()) };
+    let mut around = Bounds2::EMPTY;
+    for (part, _) in parts {
+        if let Some(cell) = part.cell() {
+            let bounds = layout.bounds(cell);
+            let inset = INSET * layout.tile_m;
+            include(&mut around, &Bounds2 { min: bounds.min + inset, max: bounds.max - inset });
+        }
+    }
+    let tiles = client.ground(Region::Box(around), step).await?;
+    let mut found: HashMap<(i32, i32), v1::GroundTile> =
+        tiles.into_iter().map(|tile| ((tile.column, tile.row), tile)).collect();
+    for (part, _) in parts {
+        // Nothing is known of a tile that does not come.
+        let tile = part.cell().and_then(|cell| found.remove(&cell));
+        land(part, Ok(tile.map(|tile| tile.encode_to_vec()).unwrap_or_default().into()));
+    }
+    Ok(())
+}
+
+fn include(around: &mut Bounds2, bounds: &Bounds2) {
+    around.include(bounds.min);
+    around.include(bounds.max);
+}
+
+fn source_name(scene: &SceneInfo, source: u16) -> &str {
+    scene.point_sources.get(usize::from(source)).map_or("", |source| source.name.as_str())
+}
+
+/// Most bytes that any of `parts` may take.
+fn limit(parts: &[(Part, Target)]) -> u64 {
+    let lengths = parts.iter().filter_map(|(_, target)| expected(target));
+    lengths.map(|expected| expected.length).max().unwrap_or(0).min(MAX_BYTES)
+}
+
+/// The payload, if it is what there is.
+fn checked(target: &Target, payload: Bytes) -> Result<Bytes, StreamError> {
+    match expected(target) {
+        Some(expected) if !expected.holds(&payload) => {
+            let problem = format!(
+                "{} bytes came with another checksum than is known of its {}",
+                payload.len(),
+                expected.length
+            );
+            Err(damaged(target.name(), problem))
+        }
+        _ => Ok(payload),
+    }
+}

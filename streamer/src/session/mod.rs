@@ -1,0 +1,74 @@
+//! The work for one receiver: what it looks at goes in, updates come out.
+
+mod driver;
+mod motion;
+mod statistics;
+mod understand;
+
+pub(crate) use driver::{Command, Driver};
+pub use statistics::Statistics;
+pub(crate) use statistics::Counts;
+
+use std::sync::Arc;
+
+use flaneur_scene::{IdError, ImageId, ImageUpdate, Panorama, SceneUpdate};
+use flaneur_proto::FieldError;
+use tokio::sync::mpsc;
+
+use crate::StreamError;
+use crate::choose::WantedImage;
+use crate::decode::Decoders;
+use crate::load::Loader;
+use crate::plan::Part;
+use crate::survey::Target;
+use understand::{Context, Understood, understand};
+
+/// The photograph `id` of `panorama` as it is stored, at its finest level; `None` where the
+/// panorama has none of that name.
+pub(crate) async fn photograph(
+    loader: &Arc<Loader>,
+    panorama: &Arc<Panorama>,
+    id: &ImageId,
+) -> Result<Option<Arc<ImageUpdate>>, StreamError> {
+    let Some(image) = WantedImage::finest(panorama, id).map_err(|e| bad_id(&e))? else {
+        return Ok(None);
+    };
+    let mut context =
+        Context { scene: Arc::clone(loader.scene()), mask: None, track: None, normals: false };
+    if let Some(mask) = &image.rig_camera().mask {
+        let key = image.key(0, flaneur_proto::v1::ImageLayer::Mask);
+        let part = Part::Mask(mask.name.as_str().into());
+        let target = Target::Mask(key, mask.image);
+        if let Understood::Mask(mask) = one(loader, part, target, context.clone()).await? {
+            context.mask = Some(mask);
+        }
+    }
+    let camera = image.camera as u16;
+    let part = Part::Image { panorama: panorama.id.as_str().into(), camera, level: 0 };
+    let understood = one(loader, part, Target::Image(image, 0), context).await?;
+    let Understood::Shown(updates) = understood else { return Ok(None) };
+    Ok(updates.into_iter().find_map(|update| match update {
+        SceneUpdate::Image(image) => Some(image),
+        _ => None,
+    }))
+}
+
+/// One part by itself.
+async fn one(
+    loader: &Arc<Loader>,
+    part: Part,
+    target: Target,
+    context: Context,
+) -> Result<Understood, StreamError> {
+    let (sink, mut landed) = mpsc::unbounded_channel();
+    let _interest = loader.load(vec![(part.clone(), target.clone())], sink);
+    let payload = landed.recv().await.map_or(Err(StreamError::Cancelled), |one| one.payload)?;
+    let what = target.name();
+    let decode = move || understand(&part, &target, &payload, &context);
+    Decoders::default().run(&what, decode).await
+}
+
+/// What a panorama's name that cannot be one means.
+fn bad_id(error: &IdError) -> StreamError {
+    StreamError::field("StreamPanoramas")(FieldError::new("id", error.to_string()))
+}
