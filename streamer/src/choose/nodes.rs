@@ -141,7 +141,8 @@ impl<'a> Measure<'a> {
             return None;
         }
         let centre: DVec3 = bounds.centre() - self.view().eye();
-        let radius = HALF_DIAGONAL * (bounds.max.x - bounds.min.x);
+        // What is held stays in sight a little longer, too.
+        let radius = HALF_DIAGONAL * (bounds.max.x - bounds.min.x) * steadiness;
         let seen = self.cone.meets_ball(centre, radius);
         let gazed = if self.request.gaze.weighs() { self.gaze.weight(centre, radius) } else { 1.0 };
         let spacing_m = cube.level_spacing_m(id.key.level);

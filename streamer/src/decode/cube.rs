@@ -192,7 +192,7 @@ mod tests {
             grey.write_to(&mut bytes, image::ImageFormat::Png).expect("memory");
             bytes.into_inner()
         };
-        let mask = super::super::decode_mask("mask", "image/png", &png).expect("a mask");
+        let mask = super::super::decode_mask("mask", &png).expect("a mask");
         let alpha = |face: usize| -> Vec<u8> {
             let rgba = cube_face(&source, Some(&mask), &CUBE_FACES[face], 16);
             rgba.chunks_exact(4).map(|pixel| pixel[3]).collect()

@@ -1,0 +1,280 @@
+//! Any order of arrivals, failures and views: what the receiver holds never has a hole that it need
+//! not have, and comes to what the last view wants.
+
+use std::sync::Arc;
+
+use flaneur_scene::{
+    ImageUpdate, Intrinsics, Lens, MeshTile, MeshVertex, NodeKey, PointChunk, PointStations,
+    PosedCamera, SurfaceClass, TileLayer,
+};
+use glam::{DMat3, DVec3, UVec2};
+use proptest::prelude::*;
+
+use super::*;
+
+/// A small scene: a street of cells along which one looks at places.
+const PLACES: i32 = 6;
+/// Levels of every image, and of the octree.
+const LEVELS: u32 = 4;
+
+fn image_id(place: i32) -> ImageId {
+    ImageId::new(&format!("p{place}"), "c").expect("a name")
+}
+
+fn tile(place: i32) -> TileKey {
+    TileKey { layer: TileLayer::Ground, x: place, y: 0 }
+}
+
+fn node(level: u32, x: u32) -> PointNodeId {
+    PointNodeId { source: 0, key: NodeKey { level, x, y: 0, z: 0 } }
+}
+
+/// What is wanted at `place`: the tiles and images next to it, terrain finer where it is near, and
+/// nodes down to the bottom there.
+fn wishes(place: i32, exact: bool) -> Wishes {
+    let mut wishes = Wishes { most: (40, 4000), ..Wishes::default() };
+    let want = |part: Part, stage, bytes| Want {
+        part,
+        stage,
+        bytes,
+        gain: 1.0,
+        distance_m: 1.0,
+        photographs: [].into(),
+        exact,
+    };
+    for near in (place - 2).max(0)..=(place + 2).min(PLACES - 1) {
+        let away = near.abs_diff(place);
+        let part = Part::Mesh { key: tile(near), step: 1 << away };
+        wishes.wants.push(want(part, Stage::First, 100));
+        wishes.tiles.insert(tile(near));
+    }
+    for near in (place - 1).max(0)..=(place + 1).min(PLACES - 1) {
+        let finest = if near == place { 0 } else { 1 };
+        for level in [LEVELS - 1, finest] {
+            let part = Part::Image { panorama: format!("p{near}").into(), camera: 0, level };
+            let stage = if level == finest { Stage::Detail } else { Stage::First };
+            wishes.wants.push(Want {
+                photographs: [image_id(near)].into(),
+                exact: exact && level == finest,
+                ..want(part, stage, 1000 >> level)
+            });
+        }
+        wishes.images.insert(image_id(near));
+    }
+    for level in 0..LEVELS {
+        let id = node(level, place as u32 >> (LEVELS - 1 - level));
+        wishes.wants.push(want(Part::Node(id), Stage::Detail, 500));
+        wishes.nodes.insert(id);
+    }
+    wishes
+}
+
+/// What comes of a part.
+fn updates(part: &Part) -> Vec<SceneUpdate> {
+    match part {
+        Part::Mesh { key, .. } => {
+            let vertex = MeshVertex {
+                position: [0.0; 3],
+                normal: [0.0, 0.0, 1.0],
+                uncertainty_m: 0.1,
+                class: SurfaceClass::Ground,
+            };
+            let mesh = MeshTile {
+                key: *key,
+                origin: DVec3::ZERO,
+                vertices: vec![vertex; 3],
+                indices: vec![0, 1, 2],
+            };
+            vec![SceneUpdate::Mesh(Arc::new(mesh))]
+        }
+        Part::Image { panorama, level, .. } => {
+            let size = UVec2::splat(32 >> level);
+            let lens = Lens::pinhole(size, Intrinsics::from_fov_y(1.0, size));
+            let camera = PosedCamera { centre: DVec3::ZERO, cam_from_world: DMat3::IDENTITY, lens };
+            vec![SceneUpdate::Image(Arc::new(ImageUpdate {
+                id: ImageId::new(panorama, "c").expect("a name"),
+                level: *level,
+                camera,
+                size,
+                rgba: vec![0; 4 * (size.x * size.y) as usize],
+                uncertainty_m: 0.0,
+            }))]
+        }
+        Part::Node(id) => vec![SceneUpdate::Points(Arc::new(PointChunk {
+            id: *id,
+            origin: DVec3::ZERO,
+            positions: vec![[0.0; 3]; 10],
+            colours: Vec::new(),
+            intensities: Vec::new(),
+            classes: Vec::new(),
+            normals: Vec::new(),
+            stations: PointStations::default(),
+            spacing_m: 1.0,
+            spacings_m: Vec::new(),
+        }))],
+        _ => Vec::new(),
+    }
+}
+
+/// A receiver that checks what it is told.
+#[derive(Default)]
+struct Receiver {
+    held: Held,
+}
+
+impl Receiver {
+    /// Every step leaves a picture that is no worse where the view looks than the one before.
+    fn tell(&mut self, told: &[SceneUpdate], plan: &Plan) -> Result<(), TestCaseError> {
+        for update in told {
+            match update {
+                SceneUpdate::DropMesh(key) => {
+                    prop_assert!(!plan.wishes.tiles.contains(key), "a hole in the ground: {key:?}");
+                    prop_assert!(self.held.tiles.contains(key), "dropped twice: {key:?}");
+                }
+                SceneUpdate::DropImage(id) => {
+                    prop_assert!(!plan.wishes.images.contains(id), "a photograph goes: {id}");
+                    prop_assert!(self.held.images.contains_key(id), "dropped twice: {id}");
+                }
+                SceneUpdate::DropPoints(id) => {
+                    prop_assert!(!plan.wishes.nodes.contains(id), "points go: {id:?}");
+                    prop_assert!(self.held.nodes.contains(id), "dropped twice: {id:?}");
+                    let below = self.held.nodes.iter().any(|n| n.key.parent() == Some(id.key));
+                    prop_assert!(!below, "finer points stay without coarser: {id:?}");
+                }
+                SceneUpdate::Image(image) => {
+                    let before = self.held.images.get(&image.id);
+                    let wanted = plan.wishes.images.contains(&image.id);
+                    prop_assert!(wanted, "nobody wants {}", image.id);
+                    prop_assert!(before.is_none_or(|(level, _)| *level != image.level), "sent twice");
+                }
+                SceneUpdate::Points(chunk) => {
+                    prop_assert!(!self.held.nodes.contains(&chunk.id), "an overlap: {:?}", chunk.id);
+                    let above = chunk.id.key.parent().map(|key| PointNodeId { key, ..chunk.id });
+                    let whole = above.is_none_or(|above| {
+                        self.held.nodes.contains(&above) || plan.lost.contains(&Part::Node(above))
+                    });
+                    prop_assert!(whole, "before what is above it: {:?}", chunk.id);
+                }
+                SceneUpdate::Mesh(_) => {}
+            }
+            self.held.note(update);
+        }
+        prop_assert_eq!(&self.held.tiles, &plan.held.tiles);
+        prop_assert_eq!(&self.held.images, &plan.held.images);
+        prop_assert_eq!(&self.held.nodes, &plan.held.nodes);
+        Ok(())
+    }
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    Look(i32),
+    /// Asks for more.
+    Ask,
+    /// One of the parts under way comes, or fails.
+    Arrive(prop::sample::Index),
+    Fail(prop::sample::Index, bool),
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    prop_oneof![
+        1 => (0..PLACES).prop_map(Step::Look),
+        4 => Just(Step::Ask),
+        6 => any::<prop::sample::Index>().prop_map(Step::Arrive),
+        1 => (any::<prop::sample::Index>(), any::<bool>()).prop_map(|(i, never)| Step::Fail(i, never)),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+    #[test]
+    fn any_order_of_events_keeps_the_picture_whole(
+        steps in prop::collection::vec(step(), 0..120),
+        last in 0..PLACES, exact in any::<bool>(), order in any::<bool>(),
+    ) {
+        let order = if order { Order::ExpectedError } else { Order::NearestFirst };
+        let mut plan = Plan::new(order);
+        let mut receiver = Receiver::default();
+        let mut under_way: Vec<(BatchId, Part)> = Vec::new();
+        for step in steps {
+            match step {
+                Step::Look(place) => {
+                    let useless = plan.look(wishes(place, exact));
+                    under_way.retain(|(batch, _)| !useless.contains(batch));
+                }
+                Step::Ask => {
+                    if let Some(batch) = plan.next(1200) {
+                        for part in batch.parts {
+                            let twice = under_way.iter().any(|(_, other)| *other == part);
+                            prop_assert!(!twice, "asked for twice: {part:?}");
+                            under_way.push((batch.id, part));
+                        }
+                    }
+                }
+                Step::Arrive(index) if !under_way.is_empty() => {
+                    let (_, part) = under_way.swap_remove(index.index(under_way.len()));
+                    let told = plan.arrive(&part, updates(&part)).unwrap_or_default();
+                    receiver.tell(&told, &plan)?;
+                }
+                Step::Fail(index, never) if !under_way.is_empty() => {
+                    let (_, part) = under_way.swap_remove(index.index(under_way.len()));
+                    plan.fail(&part, if never { Verdict::Never } else { Verdict::Again });
+                    let told = plan.released();
+                    receiver.tell(&told, &plan)?;
+                }
+                Step::Arrive(_) | Step::Fail(..) => {}
+            }
+            let standing = plan.standing();
+            prop_assert!(!standing.finished || standing.complete_picture);
+            // Above its limits only by what the view wants itself.
+            let wanted: u64 = plan.wishes.nodes.len() as u64 * 10;
+            prop_assert!(receiver.held.point_count() <= wanted.max(50 + 10));
+        }
+
+        // The network is sound from here on: everything comes, and nothing but what is wanted stays.
+        plan.forgive();
+        let useless = plan.look(wishes(last, exact));
+        under_way.retain(|(batch, _)| !useless.contains(batch));
+        for _ in 0..1000 {
+            while let Some(batch) = plan.next(1200) {
+                under_way.extend(batch.parts.into_iter().map(|part| (batch.id, part)));
+            }
+            let Some((_, part)) = under_way.pop() else { break };
+            let told = plan.arrive(&part, updates(&part)).unwrap_or_default();
+            receiver.tell(&told, &plan)?;
+        }
+        prop_assert!(plan.standing().finished, "{:?}", plan.standing());
+        let drops = plan.drops();
+        receiver.tell(&drops, &plan)?;
+        let wanted = wishes(last, exact);
+        prop_assert_eq!(&receiver.held.tiles, &wanted.tiles);
+        prop_assert_eq!(&receiver.held.nodes, &wanted.nodes);
+        let finest = |id: &ImageId| u32::from(*id != image_id(last));
+        for id in &wanted.images {
+            let (level, _) = receiver.held.images[id];
+            prop_assert!(level == finest(id) || (!exact && level < finest(id)), "{id} at {level}");
+        }
+        prop_assert_eq!(receiver.held.images.len(), wanted.images.len());
+    }
+}
+
+#[test]
+fn what_is_wanted_ahead_waits_for_all_else_and_is_fetched_once() {
+    let mut plan = Plan::new(Order::ExpectedError);
+    let mut now = wishes(0, true);
+    let later = wishes(5, true).wants.into_iter();
+    now.wants.extend(later.map(|want| Want { stage: Stage::Ahead, ..want }));
+    assert!(plan.look(now).is_empty());
+    let mut ahead = 0;
+    while let Some(batch) = plan.next(1000) {
+        for part in batch.parts {
+            let told = plan.arrive(&part, updates(&part));
+            if told.is_none() {
+                assert!(plan.standing().finished, "too early: {part:?}");
+                ahead += 1;
+            }
+        }
+    }
+    assert!(ahead > 0);
+    assert_eq!(plan.held().images.len(), 2, "what is ahead is not shown");
+}

@@ -1,6 +1,8 @@
+use super::super::hierarchy::is_at_or_below;
 use super::*;
+use crate::{FetchLimits, Gaze};
 use flaneur_scene::{Bounds3, OctreeCube};
-use glam::{DVec3, UVec2};
+use glam::UVec2;
 use proptest::prelude::*;
 
 fn source(centre: DVec3) -> PointSource {
@@ -47,49 +49,114 @@ fn loaded(entries: Vec<HierarchyEntry>) -> Hierarchy {
     hierarchy
 }
 
+fn ask(view: View, limits: FetchLimits) -> ViewRequest {
+    ViewRequest { limits, ..ViewRequest::new(view) }
+}
+
+fn choose(hierarchy: &Hierarchy, request: &ViewRequest) -> ChosenNodes {
+    choose_nodes(hierarchy, &[source(DVec3::ZERO)], request, &BTreeSet::new())
+}
+
+fn ids(chosen: &ChosenNodes) -> BTreeSet<PointNodeId> {
+    chosen.wanted.iter().map(|wanted| wanted.id).collect()
+}
+
 proptest! {
-    /// Wherever one stands and looks: ancestors first, importance falling, the limits kept,
-    /// and the same choice every time.
+    /// Wherever one stands, looks and gazes, and whatever is held: ancestors first, importance
+    /// falling, the limits kept, and the same choice every time.
     #[test]
     fn coarse_comes_before_fine(
         x in -100.0..100.0, y in -100.0..100.0, z in -5.0..50.0,
         heading in 0.0..6.3, pitch in -1.5..1.5, fov in 0.2..2.5,
-        points in 0u64..30_000, radius in 0.0..200.0,
+        points in 0u64..30_000, radius in 0.0..200.0, point_bytes in 0u64..300_000,
+        gaze in prop::option::of((0.0..640.0, 0.0..320.0)), steadiness in 1.0..2.0,
+        before in (-100.0..100.0, 0.0..6.3),
     ) {
         let hierarchy = loaded(street(5, 100));
         let sources = [source(DVec3::ZERO)];
-        let view =
-            View::look(DVec3::new(x, y, z), heading, pitch, fov, UVec2::new(640, 320));
-        let limits = FetchLimits { points, point_radius_m: radius, ..FetchLimits::default() };
-        let wanted = choose_nodes(&hierarchy, &sources, &view, &limits).expect("all is loaded");
+        let size = UVec2::new(640, 320);
+        let view = View::look(DVec3::new(x, y, z), heading, pitch, fov, size);
+        let limits =
+            FetchLimits { points, point_bytes, point_radius_m: radius, ..FetchLimits::default() };
+        let gaze = gaze.map_or(Gaze::Everywhere, |(x, y)| Gaze::At((x, y).into()));
+        let request = ViewRequest { gaze, steadiness, ..ask(view, limits) };
+        let earlier = View::look(DVec3::new(before.0, y, z), before.1, pitch, fov, size);
+        let held = ids(&choose(&hierarchy, &ask(earlier, limits)));
+        let chosen = choose_nodes(&hierarchy, &sources, &request, &held);
+        prop_assert!(chosen.missing.is_empty());
         let mut seen = std::collections::HashSet::new();
-        let measure = Measure { view: &view, cone: ViewCone::new(&view), sources: &sources };
+        let measure = Measure::new(&request, &sources, &held);
+        let root = hierarchy.root(0).expect("loaded");
         let mut last = f64::INFINITY;
-        for WantedNode { id, node } in &wanted {
-            prop_assert_eq!(id.key, node.key);
+        for wanted in &chosen.wanted {
+            let id = wanted.id;
+            prop_assert_eq!(id.key, wanted.node.key);
             if let Some(parent) = id.key.parent() {
+                let parent = PointNodeId { key: parent, ..id };
                 prop_assert!(seen.contains(&parent), "{:?} before its parent", id.key);
             }
-            prop_assert!(seen.insert(id.key), "{:?} twice", id.key);
-            let spacing = measure.candidate(*id, &limits).expect("within the radius").spacing_px;
-            prop_assert!(spacing <= last);
-            last = spacing;
+            prop_assert!(seen.insert(id), "{:?} twice", id.key);
+            let importance = measure.candidate(id, root).expect("within reach").importance;
+            prop_assert!(importance <= last * (1.0 + 1e-12));
+            last = importance;
         }
-        let total: u64 = wanted.iter().map(|w| u64::from(w.node.point_count)).sum();
-        prop_assert!(total <= points);
-        prop_assert_eq!(choose_nodes(&hierarchy, &sources, &view, &limits), Ok(wanted));
+        let total: u64 = chosen.wanted.iter().map(|w| u64::from(w.node.point_count)).sum();
+        let bytes: u64 = chosen.wanted.iter().map(|w| u64::from(w.node.byte_size)).sum();
+        prop_assert!(total <= points && bytes <= point_bytes);
+        prop_assert_eq!(choose_nodes(&hierarchy, &sources, &request, &held), chosen);
     }
+
+    /// A view that wavers by a few centimetres comes to rest: what one of its ends brings, the other
+    /// leaves.
+    #[test]
+    fn nothing_flickers_at_a_threshold(
+        x in -60.0..60.0, heading in 0.0..6.3, aside in -0.02..0.02, ahead in -0.02..0.02,
+        points in 1_000u64..30_000,
+    ) {
+        let hierarchy = loaded(street(5, 100));
+        let sources = [source(DVec3::ZERO)];
+        let limits = FetchLimits { points, ..FetchLimits::default() };
+        let steady = |eye| {
+            let view = View::look(eye, heading, 0.0, 1.0, UVec2::new(640, 320));
+            ViewRequest { limits, ..ViewRequest::walking(view) }
+        };
+        let eye = DVec3::new(x, 3.0, 1.7);
+        let ends = [steady(eye), steady(eye + DVec3::new(aside, ahead, 0.0))];
+        let mut held = BTreeSet::new();
+        for request in ends.iter().cycle().take(4) {
+            held = ids(&choose_nodes(&hierarchy, &sources, request, &held));
+        }
+        for request in &ends {
+            let then = ids(&choose_nodes(&hierarchy, &sources, request, &held));
+            let changed: Vec<_> = held.symmetric_difference(&then).collect();
+            prop_assert!(changed.is_empty(), "flickers: {changed:?}");
+        }
+    }
+}
+
+#[test]
+fn beside_the_gaze_less_is_wanted() {
+    let hierarchy = loaded(street(5, 100));
+    let view = View::look(DVec3::new(0.0, -40.0, 2.0), 0.0, 0.0, 1.2, UVec2::new(640, 320));
+    let limits = FetchLimits { point_spacing_px: 1.5, ..FetchLimits::default() };
+    let at = |gaze| choose(&hierarchy, &ViewRequest { gaze, ..ask(view, limits) });
+    let everywhere = at(Gaze::Everywhere);
+    let (left, right) = (at(Gaze::At((0.0, 160.0).into())), at(Gaze::At((640.0, 160.0).into())));
+    assert!(ids(&left).is_subset(&ids(&everywhere)) && left.wanted.len() < everywhere.wanted.len());
+    let west = |chosen: &ChosenNodes| {
+        chosen.wanted.iter().filter(|w| w.id.key.level == 5 && w.id.key.x < 16).count()
+    };
+    assert!(west(&left) > west(&right), "{} {}", west(&left), west(&right));
 }
 
 #[test]
 fn refinement_ends_where_points_appear_close_enough() {
     let hierarchy = loaded(street(5, 100));
-    let sources = [source(DVec3::ZERO)];
     let view = View::look(DVec3::new(0.0, -60.0, 2.0), 0.0, 0.0, 1.0, UVec2::new(640, 320));
     let all = FetchLimits { points: u64::MAX, ..FetchLimits::default() };
     let finest = |spacing_px: f64| {
         let limits = FetchLimits { point_spacing_px: spacing_px, ..all };
-        let wanted = choose_nodes(&hierarchy, &sources, &view, &limits).expect("loaded");
+        let wanted = choose(&hierarchy, &ask(view, limits)).wanted;
         (wanted.iter().map(|w| w.id.key.level).max(), wanted.len())
     };
     assert_eq!(finest(1e9), (Some(0), 1));
@@ -113,26 +180,24 @@ fn pages_are_asked_for_and_change_nothing() {
     };
     top.extend(keys(2).map(HierarchyEntry::Page));
     let mut paged = loaded(top);
-    let sources = [source(DVec3::ZERO)];
     let view = View::look(DVec3::new(0.0, -60.0, 2.0), 0.3, 0.0, 1.0, UVec2::new(640, 320));
-    let limits = FetchLimits { points: 12_000, ..FetchLimits::default() };
+    let request = ask(view, FetchLimits { points: 12_000, ..FetchLimits::default() });
     let mut rounds = 0;
     let wanted = loop {
-        match choose_nodes(&paged, &sources, &view, &limits) {
-            Ok(wanted) => break wanted,
-            Err(missing) => {
-                for page in missing {
-                    let inside = |e: &&HierarchyEntry| matches!(e, HierarchyEntry::Node(n) if is_at_or_below(n.key, page.key));
-                    let entries = entries.iter().filter(inside).copied().collect();
-                    paged.insert(page, entries).expect("inside the page");
-                }
-            }
+        let chosen = choose(&paged, &request);
+        if chosen.missing.is_empty() {
+            break chosen.wanted;
+        }
+        for page in chosen.missing {
+            let inside = |e: &&HierarchyEntry| matches!(e, HierarchyEntry::Node(n) if is_at_or_below(n.key, page.key));
+            let entries = entries.iter().filter(inside).copied().collect();
+            paged.insert(page, entries).expect("inside the page");
         }
         rounds += 1;
         assert!(rounds < 100);
     };
     assert!(rounds > 0, "pages were needed");
-    assert_eq!(Ok(wanted), choose_nodes(&loaded(entries), &sources, &view, &limits));
+    assert_eq!(wanted, choose(&loaded(entries), &request).wanted);
 }
 
 #[test]
@@ -151,6 +216,6 @@ fn entries_outside_their_page_are_refused() {
     // A page that says nothing, too.
     hierarchy.insert(root(0), Vec::new()).expect("empty");
     let view = View::look(DVec3::ZERO, 0.0, 0.0, 1.0, UVec2::new(64, 64));
-    let sources = [source(DVec3::ZERO)];
-    assert_eq!(choose_nodes(&hierarchy, &sources, &view, &FetchLimits::default()), Ok(Vec::new()));
+    let chosen = choose(&hierarchy, &ask(view, FetchLimits::default()));
+    assert_eq!(chosen, ChosenNodes::default());
 }

@@ -1,6 +1,6 @@
 use super::*;
 use flaneur_scene::{CubeFace, Intrinsics, Lens, StoredImage, world_from_rig};
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 
 const EYE: DVec3 = DVec3::new(651_000.0, 6_861_000.0, 42.0);
@@ -68,8 +68,14 @@ fn the_nearest_panoramas_count_whatever_their_order() {
         .map(|i| panorama(&format!("p{i}"), DVec3::Y * f64::from(i), vec![camera("c", 0.0, 512)]))
         .collect();
     let limits = FetchLimits { panoramas: 3, ..FetchLimits::default() };
-    let forward = ids(&choose(all.clone(), &limits));
-    assert_eq!(forward, ["p1/c", "p2/c", "p3/c"]);
+    let wanted = choose(all.clone(), &limits);
+    let forward = ids(&wanted);
+    // The last stands for their district: it is the nearest to its centre.
+    assert_eq!(forward, ["p1/c", "p2/c", "p3/c", "p9/c"]);
+    let coarse: Vec<bool> = wanted.iter().map(|image| image.level == image.first_level).collect();
+    assert_eq!(coarse, [false, false, false, true]);
+    let shares: f64 = wanted.iter().map(|image| image.share).sum();
+    assert!(shares <= 1.0 + 1e-9 && wanted.iter().all(|image| image.share > 0.0), "{shares}");
     assert_eq!(ids(&choose(all.into_iter().rev().collect(), &limits)), forward);
 }
 
