@@ -41,6 +41,7 @@ async fn updates(streamer: &mut Streamer, request: ViewRequest) -> (Vec<SceneUpd
         match event {
             Event::Update(update) => updates.push(update),
             Event::Progress(progress) => last = progress,
+            Event::Fault { error, .. } => panic!("{error}"),
         }
     }
     (updates, last)
@@ -217,7 +218,7 @@ async fn cancelling_ends_the_stream(street: &SampleStreet) {
                 held.apply(&[update]);
                 cancel.cancel();
             }
-            Ok(Event::Progress(_)) => {}
+            Ok(Event::Progress(_) | Event::Fault { .. }) => {}
             Err(error) => break error,
         }
     };

@@ -115,7 +115,7 @@ impl Contender {
                     let applied = tokio::task::block_in_place(|| renderer.apply(update))?;
                     note(&mut events, &applied);
                 }
-                Event::Update(_) | Event::Progress(_) => {}
+                Event::Update(_) | Event::Progress(_) | Event::Fault { .. } => {}
             }
         }
         Ok(())

@@ -144,7 +144,7 @@ pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result
             None => arguments.out.clone(),
         };
         fetch(&mut streamer, &mut session.renderer, view, &arguments, context).await?;
-        let bytes_received = streamer.client().bytes_received();
+        let bytes_received = streamer.statistics().bytes_received;
         let frame = session.render(view, &file, bytes_received)?;
         let encoded = tokio::task::block_in_place(|| format.encode(&frame))?;
         atomic_file::write(&file, &encoded)?;
@@ -220,6 +220,7 @@ async fn fetch(
                 }
                 remaining = progress.remaining;
             }
+            Event::Fault { error, .. } => return Err(stream_exit(error)),
         }
     }
     Ok(())

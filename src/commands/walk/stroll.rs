@@ -95,7 +95,8 @@ impl<'a> Stroll<'a> {
         };
         let mut feed = Feed::new(streamer, self.request(self.route.view(self.ms() / 1e3)));
         let outcome = self.follow(&mut feed, &*stage, context).await;
-        (self.walked.bytes, self.walked.requests) = (feed.bytes_received(), feed.requests());
+        let statistics = feed.statistics();
+        (self.walked.bytes, self.walked.requests) = (statistics.bytes_received, statistics.requests);
         if let Some((frame, shown)) = self.on_screen.take()
             && self.walked.kept.frames().last() != Some(&shown)
         {
@@ -128,7 +129,7 @@ impl<'a> Stroll<'a> {
                 looked = Some(view);
             }
             self.apply(feed, began)?;
-            let bytes = feed.bytes_received();
+            let bytes = feed.statistics().bytes_received;
             stage.advance(bytes.saturating_sub(said));
             said = bytes;
             self.news |= self.on_screen.as_ref().is_none_or(|(_, shown)| shown.view != view);
@@ -172,7 +173,7 @@ impl<'a> Stroll<'a> {
             let took_ms = self.ms() - came_ms;
             self.walked.profile.came(part, came_ms, took_ms);
         }
-        feed.note(applied);
+        feed.note(&applied);
         self.news = true;
         Ok(())
     }
