@@ -33,6 +33,13 @@ async fn eyes(streamer: &Streamer) -> Vec<DVec3> {
     panoramas.into_iter().map(|panorama| panorama.position).collect()
 }
 
+fn update_of(event: &Event) -> Option<SceneUpdate> {
+    match event {
+        Event::Update(update) => Some(update.clone()),
+        Event::Progress(_) | Event::Fault { .. } => None,
+    }
+}
+
 async fn updates(streamer: &mut Streamer, request: ViewRequest) -> (Vec<SceneUpdate>, Progress) {
     let events = streamer.stream(request, &CancellationToken::new());
     let events: Vec<Event> = events.try_collect().await.expect("a sound scene");
@@ -94,23 +101,19 @@ async fn order_is_sensible(street: &SampleStreet) {
     let mut streamer = streamer(street).await;
     let eye = eyes(&streamer).await[0];
     let request = ViewRequest::new(view(eye, 1.5));
-    let (updates, last) = updates(&mut streamer, request.clone()).await;
+    let events = streamer.stream(request.clone(), &CancellationToken::new());
+    let events: Vec<Event> = events.try_collect().await.expect("a sound scene");
+    let updates: Vec<SceneUpdate> = events.iter().filter_map(update_of).collect();
+    let Some(Event::Progress(last)) = events.last().cloned() else { panic!("{:?}", events.last()) };
     assert!(last.finished && last.remaining == 0 && last.bytes_received > 0, "{last:?}");
 
-    // Mesh, coarse photographs, points, finer photographs: each run in one piece.
-    let mut first_seen = BTreeSet::new();
-    let phases: Vec<u8> = updates
-        .iter()
-        .map(|update| match update {
-            SceneUpdate::Mesh(_) => 0,
-            SceneUpdate::Image(image) if first_seen.insert(image.id.clone()) => 1,
-            SceneUpdate::Points(_) => 2,
-            SceneUpdate::Image(_) => 3,
-            other => panic!("nothing is to be dropped: {other:?}"),
-        })
-        .collect();
-    assert!(phases.is_sorted(), "{phases:?}");
-    assert_eq!(phases.iter().collect::<BTreeSet<_>>().len(), 4, "every kind is there: {phases:?}");
+    // What makes a complete picture is there before the rest.
+    let is_complete = |e: &Event| matches!(e, Event::Progress(p) if p.complete_picture);
+    let complete = events.iter().position(is_complete).expect("complete before it is finished");
+    let before: Vec<SceneUpdate> = events[..complete].iter().filter_map(update_of).collect();
+    assert!(before.iter().any(|update| matches!(update, SceneUpdate::Mesh(_))));
+    assert!(before.iter().any(|update| matches!(update, SceneUpdate::Image(_))));
+    assert!(updates.iter().any(|update| matches!(update, SceneUpdate::Points(_))));
 
     let mut nodes = BTreeSet::new();
     for update in &updates {

@@ -226,6 +226,7 @@ impl Stream for Events<'_> {
         }
         if self.cancelled.as_mut().poll(context).is_ready() {
             self.ended = true;
+            self.streamer.rest();
             return Poll::Ready(Some(Err(StreamError::Cancelled)));
         }
         loop {
@@ -233,6 +234,7 @@ impl Stream for Events<'_> {
                 Some(Event::Fault { view, .. }) if view != self.view => {}
                 Some(Event::Fault { error, .. }) => {
                     self.ended = true;
+                    self.streamer.rest();
                     return Poll::Ready(Some(Err(error)));
                 }
                 Some(Event::Progress(progress)) if progress.view != self.view => {}
@@ -252,6 +254,8 @@ impl Stream for Events<'_> {
 
 impl Drop for Events<'_> {
     fn drop(&mut self) {
-        self.streamer.rest();
+        if !self.ended {
+            self.streamer.rest();
+        }
     }
 }

@@ -76,6 +76,16 @@ async fn pictures_that_are_none_are_damage() {
     assert!(size.contains("60000"), "{size}");
 }
 
+/// What came is not what was announced: it is asked for once more, and then said.
+#[tokio::test]
+async fn another_checksum_is_damage() {
+    let mut liar = Liar::honest();
+    liar.announced.crc32 ^= 1;
+    let problem = damage(liar).await;
+    assert!(problem.starts_with("photograph p/c at level 0"), "{problem}");
+    assert!(problem.contains("checksum"), "{problem}");
+}
+
 #[tokio::test]
 async fn scenes_and_panoramas_out_of_range_name_their_field() {
     let nan = Liar { panorama_x: f64::NAN, ..Liar::honest() };

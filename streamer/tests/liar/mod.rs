@@ -28,6 +28,8 @@ pub(crate) struct Liar {
     pub(crate) scene_max_x: f64,
     /// The answer for an image, `None` for silence.
     pub(crate) parts: Option<Parts>,
+    /// What it says of an image before it is asked for it.
+    pub(crate) announced: StoredImage,
     pub(crate) watch: Watch,
 }
 
@@ -59,9 +61,13 @@ impl Liar {
     pub(crate) fn images(
         parts: impl Fn(v1::ImageKey) -> Vec<v1::ImagePart> + Send + Sync + 'static,
     ) -> Self {
+        let sent = parts(v1::ImageKey::default());
+        let data: Vec<u8> = sent.iter().flat_map(|part| part.data.to_vec()).collect();
+        let total = sent.first().map_or(1, |part| part.total_bytes);
         Self {
             panorama_x: 0.0,
             scene_max_x: 100.0,
+            announced: StoredImage { bytes: total.min(1 << 20), crc32: crc32fast::hash(&data) },
             parts: Some(Arc::new(parts)),
             watch: Watch::default(),
         }
@@ -161,7 +167,7 @@ impl PanoramaService for Liar {
             position_in_rig: DVec3::ZERO,
             cam_from_rig: CUBE_FACES[0].cam_from_rig(),
             projection: Projection::Pinhole(Lens::pinhole(size, Intrinsics::from_fov_y(1.0, size))),
-            levels: vec![StoredImage { bytes: 1, crc32: 0 }],
+            levels: vec![self.announced],
             mask: None,
             version: "1".into(),
         };
