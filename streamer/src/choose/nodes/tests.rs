@@ -123,7 +123,8 @@ proptest! {
         let eye = DVec3::new(x, 3.0, 1.7);
         let ends = [steady(eye), steady(eye + DVec3::new(aside, ahead, 0.0))];
         let mut held = BTreeSet::new();
-        for request in ends.iter().cycle().take(4) {
+        // What comes may bring what is below it the next time, level by level.
+        for request in ends.iter().cycle().take(16) {
             held = ids(&choose_nodes(&hierarchy, &sources, request, &held));
         }
         for request in &ends {
