@@ -83,7 +83,7 @@ impl Servers {
     pub(crate) fn works(&self, turn: Turn) {
         self.with(|state| {
             if let Some(record) = state.records.get_mut(turn.server)
-                && record.failed_at.is_none_or(|at| at <= turn.since)
+                && record.failed_at.is_none_or(|at| at < turn.since)
             {
                 *record = Record::default();
             }
