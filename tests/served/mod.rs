@@ -1,5 +1,7 @@
 //! The built binary, run to its end, or serving until it is told to stop.
 
+#![allow(dead_code, reason = "each test file is a crate and uses its share")]
+
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -24,10 +26,15 @@ pub(crate) fn flaneur<'a>(arguments: impl IntoIterator<Item = &'a OsStr>) {
 impl Served {
     /// Serves stores; ready when it returns.
     pub(crate) fn start(stores: &[&Path]) -> Self {
+        Self::start_at(stores, "127.0.0.1:0")
+    }
+
+    /// The same on a given address.
+    pub(crate) fn start_at(stores: &[&Path], listen: &str) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_flaneur"))
             .arg("serve")
             .args(stores)
-            .args(["--listen", "127.0.0.1:0"])
+            .args(["--listen", listen])
             .stdout(Stdio::piped())
             .spawn()
             .expect("the binary starts");
@@ -44,9 +51,20 @@ impl Served {
 
     /// Asks it to stop, and waits.
     pub(crate) fn stop(mut self) -> ExitStatus {
-        let told = Command::new("kill").args(["-TERM", &self.process.id().to_string()]).status();
-        assert!(told.expect("kill starts").success());
+        self.signal("-TERM");
         self.process.wait().expect("it ends")
+    }
+
+    /// Kills it, whatever it is doing.
+    pub(crate) fn kill(mut self) {
+        self.process.kill().expect("it runs");
+        self.process.wait().expect("it ends");
+    }
+
+    /// Sends it a signal, as in `-STOP`.
+    pub(crate) fn signal(&self, signal: &str) {
+        let told = Command::new("kill").args([signal, &self.process.id().to_string()]).status();
+        assert!(told.expect("kill starts").success());
     }
 }
 

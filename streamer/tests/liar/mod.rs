@@ -1,5 +1,7 @@
 //! A scene with one photograph, of which the service sends what a test wants.
 
+#![allow(dead_code, reason = "each test file is a crate and uses its share")]
+
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
@@ -17,7 +19,9 @@ use tokio_util::sync::CancellationToken;
 use tonic::transport::{Channel, Endpoint, Server};
 use tonic::{Request, Response, Status};
 
-pub(crate) type Parts = Arc<dyn Fn(v1::ImageKey) -> Vec<v1::ImagePart> + Send + Sync>;
+/// What is sent for an image: its parts, or a refusal.
+pub(crate) type Answer = Result<Vec<v1::ImagePart>, Status>;
+pub(crate) type Parts = Arc<dyn Fn(v1::ImageKey) -> Answer + Send + Sync>;
 
 /// What is to be sent.
 #[derive(Clone)]
@@ -68,7 +72,7 @@ impl Liar {
             panorama_x: 0.0,
             scene_max_x: 100.0,
             announced: StoredImage { bytes: total.min(1 << 20), crc32: crc32fast::hash(&data) },
-            parts: Some(Arc::new(parts)),
+            parts: Some(Arc::new(move |key| Ok(parts(key)))),
             watch: Watch::default(),
         }
     }
@@ -193,8 +197,15 @@ impl PanoramaService for Liar {
             self.watch.begun.cancel();
             return Ok(Response::new(Box::pin(Silence(self.watch.ended.clone()))));
         };
-        let parts: Vec<_> = request.into_inner().images.into_iter().flat_map(&**parts).collect();
-        Ok(Response::new(Box::pin(futures::stream::iter(parts.into_iter().map(Ok)))))
+        let images = request.into_inner().images.into_iter();
+
+        let sent: Vec<Result<_, Status>> = images
+            .flat_map(|key| match parts(key) {
+                Ok(parts) => parts.into_iter().map(Ok).collect(),
+                Err(refusal) => vec![Err(refusal)],
+            })
+            .collect();
+        Ok(Response::new(Box::pin(futures::stream::iter(sent))))
     }
 }
 

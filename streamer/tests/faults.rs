@@ -1,0 +1,146 @@
+//! Services that lie for a while, fail for a while, or fall silent: what they have is had in the
+//! end, from them or from another.
+//!
+//! Time is paused: where nothing is left to do, it jumps to whatever is waited for.
+
+mod liar;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use flaneur_proto::v1;
+use flaneur_scene::{SceneUpdate, View};
+use flaneur_streamer::{Event, Servers, Statistics, StreamError, Streamer, ViewRequest};
+use glam::{DVec3, UVec2};
+use liar::{Answer, Liar, connect, jpeg, part};
+use tonic::{Code, Status};
+
+/// What came of streaming a view.
+#[derive(Debug)]
+struct Outcome {
+    photographs: usize,
+    faults: Vec<StreamError>,
+    statistics: Statistics,
+}
+
+async fn stream(servers: impl Into<Servers>) -> Outcome {
+    let mut streamer = Streamer::connect(servers, "street").await.expect("a scene");
+    let view = View::look(DVec3::ZERO, 0.0, 0.0, 1.0, UVec2::new(64, 64));
+    let view = streamer.look(ViewRequest::new(view));
+    let (mut photographs, mut faults) = (0, Vec::new());
+    loop {
+        match streamer.next().await {
+            Event::Update(SceneUpdate::Image(image)) => {
+                assert_eq!((image.size, image.level), (UVec2::splat(16), 0));
+                photographs += 1;
+            }
+            Event::Update(other) => panic!("there is no {other:?}"),
+            Event::Fault { error, .. } => faults.push(error),
+            Event::Progress(progress) if progress.view == view && progress.finished => break,
+            Event::Progress(_) => {}
+        }
+    }
+    Outcome { photographs, faults, statistics: streamer.statistics() }
+}
+
+/// An answer with the photograph.
+fn honest(key: v1::ImageKey) -> Answer {
+    let picture = jpeg(16, 16);
+    Ok(vec![part(key, picture.len() as u64, 0, &picture)])
+}
+
+/// A service that answers `lies` times with `lie`, and honestly from then on.
+fn liar(lies: usize, lie: impl Fn(v1::ImageKey) -> Answer + Send + Sync + 'static) -> Liar {
+    let asked = AtomicUsize::new(0);
+    let answer = move |key| {
+        let is_lie = asked.fetch_add(1, Ordering::Relaxed) < lies;
+        if is_lie { lie(key) } else { honest(key) }
+    };
+    Liar { parts: Some(Arc::new(answer)), ..Liar::honest() }
+}
+
+type Lie = (&'static str, fn(v1::ImageKey) -> Answer);
+
+/// What is no photograph, in every way in which that can be seen.
+fn lies() -> Vec<Lie> {
+    vec![
+        ("other bytes of the same length", |key| {
+            let mut picture = jpeg(16, 16);
+            let middle = picture.len() / 2;
+            picture[middle] ^= 1;
+            Ok(vec![part(key, picture.len() as u64, 0, &picture)])
+        }),
+        ("fewer bytes", |key| Ok(vec![part(key, 3, 0, b"abc")])),
+        ("more bytes than any memory holds", |key| Ok(vec![part(key, 1 << 60, 0, b"x")])),
+        ("half of it", |key| {
+            let picture = jpeg(16, 16);
+            Ok(vec![part(key, picture.len() as u64, 0, &picture[..picture.len() / 2])])
+        }),
+        ("something else", |key| Ok(vec![part(v1::ImageKey { level: 9, ..key }, 1, 0, b"x")])),
+        ("nothing", |_| Ok(Vec::new())),
+        ("that its own data are lost", |_| Err(Status::data_loss("the file is damaged"))),
+    ]
+}
+
+#[tokio::test(start_paused = true)]
+async fn garbage_is_asked_for_once_more() {
+    for (what, lie) in lies() {
+        let outcome = stream(connect(liar(1, lie)).await).await;
+        assert_eq!(outcome.photographs, 1, "{what}: {outcome:?}");
+        assert!(outcome.faults.is_empty(), "{what}: {outcome:?}");
+        assert_eq!(outcome.statistics.refetched, 1, "{what}: {outcome:?}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn garbage_that_stays_is_said_and_not_asked_for_again() {
+    for (what, lie) in lies() {
+        let outcome = stream(connect(liar(usize::MAX, lie)).await).await;
+        assert_eq!(outcome.photographs, 0, "{what}: {outcome:?}");
+        assert_eq!((outcome.faults.len(), outcome.statistics.refetched), (1, 1), "{what}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn garbage_is_had_from_another() {
+    for (what, lie) in lies() {
+        let servers = vec![connect(liar(usize::MAX, lie)).await, connect(Liar::honest()).await];
+        let outcome = stream(servers).await;
+        assert_eq!((outcome.photographs, outcome.faults.len()), (1, 0), "{what}: {outcome:?}");
+        let counted = outcome.statistics;
+        assert_eq!((counted.refetched, counted.failovers), (1, 1), "{what}: {outcome:?}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_fails_for_a_while_is_asked_for_until_it_does_not() {
+    for code in [Code::Unavailable, Code::ResourceExhausted, Code::Aborted, Code::Internal] {
+        let fails = move |_| Err(Status::new(code, "not now"));
+        let outcome = stream(connect(liar(7, fails)).await).await;
+        assert_eq!(outcome.photographs, 1, "{code}: {outcome:?}");
+        assert_eq!(outcome.statistics.retries, 7, "{code}: {outcome:?}");
+        assert_eq!(outcome.statistics.refetched, 0, "{code}: {outcome:?}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_refused_is_said_at_once() {
+    for code in [Code::NotFound, Code::PermissionDenied, Code::InvalidArgument] {
+        let refuses = move |_| Err(Status::new(code, "never"));
+        let outcome = stream(connect(liar(usize::MAX, refuses)).await).await;
+        assert_eq!((outcome.photographs, outcome.faults.len()), (0, 1), "{code}: {outcome:?}");
+        assert_eq!(outcome.statistics.retries, 0, "{code}: {outcome:?}");
+        assert!(outcome.faults[0].to_string().contains("never"), "{code}: {outcome:?}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn where_one_falls_silent_another_is_asked() {
+    let (silent, watch) = Liar::silent();
+    let servers = vec![connect(silent).await, connect(Liar::honest()).await];
+    let outcome = stream(servers).await;
+    assert_eq!((outcome.photographs, outcome.faults.len()), (1, 0), "{outcome:?}");
+    assert!(outcome.statistics.retries > 0 && outcome.statistics.failovers == 1, "{outcome:?}");
+    // The one that was given up need not go on.
+    watch.ended().await;
+}
