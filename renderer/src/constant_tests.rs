@@ -54,6 +54,7 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("UNSEEN", infer::reference::UNSEEN),
         ("PRIOR", infer::reference::PRIOR),
         ("KEPT", infer::reference::KEPT),
+        ("COARSER", infer::reference::COARSER),
     ];
     let in_one = [
         ("REACH", infer::reference::REACH.into(), "window"),

@@ -44,6 +44,9 @@ mod tiles;
 #[cfg(test)]
 mod tolerances;
 
+/// Colours as they are encoded, and linear, to be put before the shaders that turn one into the other.
+pub(crate) const SRGB_WGSL: &str = include_str!("srgb.wgsl");
+
 pub use error::RenderError;
 pub use forward::memory::TexturingMemory;
 pub use frame::{Frame, FrameStats, Surface};

@@ -352,10 +352,10 @@ impl Renderer {
         let drawn: Vec<((&Frustum, usize), Drawn)> = selected
             .iter()
             .filter_map(|(id, photograph, standing)| {
-                let layer = self.maps.layer(id)?;
+                let map = self.maps.place(id)?;
                 let gain = if settings.exposure_gains { self.gains.of(id) } else { [1.0; 3] };
                 let mark = mark(id);
-                let drawn = Drawn::new(photograph, eye, *standing, layer, gain, mark);
+                let drawn = Drawn::new(photograph, eye, *standing, map, gain, mark);
                 Some(((&photograph.frustum, standing.rig), drawn))
             })
             .collect();

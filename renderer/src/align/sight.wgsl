@@ -29,9 +29,9 @@ fn fs(corner: Corner) -> Sight {
         return sight;
     }
     let found = projected(place.position);
-    let depth = dot(frame.forward, place.position);
-    let lod = level_of_detail(found.position.z, depth) + log2(alignment.step);
-    let texel = look_up(found.pixel, min(lod, photograph.max_lod));
+    let depth = view_depth_of(place.position);
+    let texels = texels_per_pixel(found.position.z, depth) * alignment.step;
+    let texel = look_up(found.pixel, texels);
     let visible = visible_share(place, turned(place.normal), found) > 0.5;
     sight.seen = vec2(brightness(texel.rgb), select(0.0, 1.0, visible && texel.a >= OPAQUE));
     sight.rank = rig_score(found.border, photograph.closeness);

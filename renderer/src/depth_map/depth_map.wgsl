@@ -10,24 +10,27 @@ const LEAST_SLOPE: f32 = 0.1;
 const UNDECIDED_M: f32 = 0.4;
 const UNDECIDED: f32 = 1e-4;
 
-// What one texel knows: nearest mesh (depth, uncertainty) and nearest point, metres; a point that
-// is no number where there is none.
+// What four texels know: nearest mesh (depth, uncertainty) and nearest point, metres; a point that is
+// no number where there is none.
 struct Occluders {
-    mesh: vec2<f32>,
-    point: f32,
+    mesh: vec4<f32>,
+    delta: vec4<f32>,
+    point: vec4<f32>,
 }
 
-// Depth, on the ray of a texel's centre, of the plane through c with normal n (camera frame),
-// at most that of c itself.
-fn depth_on_texel_ray(c: vec3<f32>, n: vec3<f32>, ray: vec3<f32>) -> f32 {
-    let z = dot(n, c) / dot(n, ray);
-    return select(c.z, clamp(z, 0.5 * c.z, c.z), z > 0.0);
+// Depths, on the rays of four texels' centres, of the plane through c with normal n (camera frame), at
+// most that of c itself. across: one over n . ray of each.
+fn depths_on_texel_rays(c: vec3<f32>, n: vec3<f32>, across: vec4<f32>) -> vec4<f32> {
+    let z = dot(n, c) * across;
+    // Software devices take three steps for a minimum, lest it be no number, and two for this.
+    let near = select(z, vec4(0.5 * c.z), z < vec4(0.5 * c.z));
+    return select(vec4(c.z), near, (z > vec4(0.0)) & (z < vec4(c.z)));
 }
 
-// How far before a place, in depth, points on a texel's ray still belong to its surface: those
-// that stand out of the plane with normal n (camera frame) by relief_m.
-fn relief_depth(relief_m: f32, n: vec3<f32>, ray: vec3<f32>) -> f32 {
-    return relief_m / max(abs(dot(n, ray)), LEAST_SLOPE);
+// How far before a place, in depth, points on the texels' rays still belong to its surface: those
+// that stand out of the plane with normal n (camera frame) by relief_m. across: one over n . ray.
+fn relief_depths(relief_m: f32, across: vec4<f32>) -> vec4<f32> {
+    return relief_m * min(abs(across), vec4(1.0 / LEAST_SLOPE));
 }
 
 // By how much, in depth, a map may be wrong about the surface with normal n (camera frame) on a
@@ -37,13 +40,21 @@ fn depth_bias(texel_m: f32, pose_m: f32, n: vec3<f32>, ray: vec3<f32>) -> f32 {
     return texel_m + pose_m * (1.0 + length(n.xy) / max(abs(dot(n, ray)), LEAST_SLOPE));
 }
 
-// 1 where the texel sees the place, 0 where it does not. z: depth of the place on its ray; bias: see depth_bias; is_point: what the place is;
-// relief: see relief_depth.
-fn visibility(z: f32, bias: f32, is_point: bool, relief: f32, occluders: Occluders) -> f32 {
-    let behind_mesh = occluders.mesh.x + bias + select(0.0, occluders.mesh.y, is_point);
-    let hidden_by_m = z - relief - (occluders.point + bias + POINT_NOISE_M);
+// For each texel 1 where it sees the place, 0 where it does not. z: depths of the place on their rays;
+// bias: see depth_bias; is_point: what the place is; relief: see relief_depths.
+fn visibilities(
+    z: vec4<f32>,
+    bias: f32,
+    is_point: bool,
+    relief: vec4<f32>,
+    occluders: Occluders,
+) -> vec4<f32> {
+    let least_z = z - bias;
+    let behind_mesh = occluders.mesh + select(vec4(0.0), occluders.delta, is_point);
+    let hidden_by_m = least_z - relief - (occluders.point + POINT_NOISE_M);
     // Written so that a texel without point, which is no number, hides nothing.
-    let undecided = UNDECIDED * max(1.0 - hidden_by_m / UNDECIDED_M, 0.0);
-    let share = select(1.0, undecided, hidden_by_m > 0.0);
-    return select(0.0, share, z <= behind_mesh);
+    let undecided = UNDECIDED - (UNDECIDED / UNDECIDED_M) * hidden_by_m;
+    let hidden = select(vec4(0.0), undecided, undecided > vec4(0.0));
+    let share = select(vec4(1.0), hidden, hidden_by_m > vec4(0.0));
+    return select(vec4(0.0), share, least_z <= behind_mesh);
 }

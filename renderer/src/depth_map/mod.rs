@@ -43,6 +43,14 @@ pub(crate) struct DepthMaps {
     frame: u64,
 }
 
+/// Where a map lies in the textures of all.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MapPlace {
+    pub(crate) layer: u32,
+    /// Of a layer, texels.
+    pub(crate) side: u32,
+}
+
 #[derive(Debug)]
 struct Slot {
     layer: usize,
@@ -55,7 +63,8 @@ struct Slot {
     pending: BTreeSet<PointNodeId>,
 }
 
-/// One layer a map: mesh depth and uncertainty, and point depth.
+/// Two layers a map of mesh depth and its uncertainty, and one of point depth. Software devices gather
+/// textures of one channel far more quickly than others.
 #[derive(Debug)]
 struct Textures {
     layers: usize,
@@ -82,7 +91,7 @@ impl DepthMaps {
         let precedence = if settings.near_first { Precedence::Map } else { Precedence::None };
         let limits = gpu.device.limits();
         let max_maps = MAX_MAPS
-            .min(limits.max_texture_array_layers as usize)
+            .min(limits.max_texture_array_layers as usize / 2)
             .min(Self::most_maps(side, settings.shares().depth_maps).max(1));
         let textures = Textures::new(gpu, side, FIRST_MAPS.min(max_maps));
         Self { side, refined, precedence, max_maps, slots: HashMap::new(), textures, frame: 0 }
@@ -107,9 +116,9 @@ impl DepthMaps {
         self.max_maps
     }
 
-    /// The layer of a photograph's map, if it has one.
-    pub(crate) fn layer(&self, id: &ImageId) -> Option<u32> {
-        self.slots.get(id).map(|slot| slot.layer as u32)
+    /// Where a photograph's map lies, if it has one.
+    pub(crate) fn place(&self, id: &ImageId) -> Option<MapPlace> {
+        self.slots.get(id).map(|slot| MapPlace { layer: slot.layer as u32, side: self.side })
     }
 
     /// Another number whenever a photograph's map changes; `None` where it has none.
@@ -117,7 +126,7 @@ impl DepthMaps {
         self.slots.get(id).map(|slot| slot.drawn)
     }
 
-    /// All layers of mesh depth.
+    /// All layers of mesh depth, each before that of its uncertainty.
     pub(crate) fn mesh_view(&self) -> wgpu::TextureView {
         self.textures.mesh.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -192,7 +201,7 @@ impl DepthMaps {
                 slot.drawn = self.frame;
                 let centre = photograph.camera.centre;
                 let list = sources.mesh.draw_list(gpu, &photograph.frustum, centre);
-                let (map, depth) = (self.textures.mesh_layer(slot.layer), &self.textures.depth);
+                let (map, depth) = (self.textures.mesh_layers(slot.layer), &self.textures.depth);
                 sources.mesh_pass.draw_depth(gpu, encoder, &camera, &list, &map, depth);
             }
             let pending = std::mem::take(&mut slot.pending);
@@ -304,7 +313,7 @@ impl Textures {
         let copied = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
         Self {
             layers,
-            mesh: texture(mesh::MAP_FORMAT, layers as u32, bound),
+            mesh: texture(mesh::MAP_FORMAT, 2 * layers as u32, bound),
             points: texture(POINTS_FORMAT, layers as u32, bound | copied),
             scratch: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("depth map of points"),
@@ -318,12 +327,15 @@ impl Textures {
         }
     }
 
-    fn mesh_layer(&self, layer: usize) -> wgpu::TextureView {
-        self.mesh.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2),
-            base_array_layer: layer as u32,
-            array_layer_count: Some(1),
-            ..Default::default()
+    /// Where mesh depth is drawn, and its uncertainty.
+    fn mesh_layers(&self, layer: usize) -> [wgpu::TextureView; 2] {
+        [0, 1].map(|which| {
+            self.mesh.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: 2 * layer as u32 + which,
+                array_layer_count: Some(1),
+                ..Default::default()
+            })
         })
     }
 

@@ -28,11 +28,13 @@ struct Query {
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < arrayLength(&queries) {
         let q = queries[id.x];
-        let z = depth_on_texel_ray(q.c, q.n, q.ray);
-        let relief = relief_depth(q.relief_m, q.n, q.ray);
+        let across = vec4(1.0 / dot(q.n, q.ray));
+        let z = depths_on_texel_rays(q.c, q.n, across);
+        let relief = relief_depths(q.relief_m, across);
         let bias = depth_bias(q.texel_m, q.pose_m, q.n, q.ray);
-        let occluders = Occluders(q.mesh, q.point);
-        answers[id.x] = vec2(z, visibility(z, bias, q.is_point == 1u, relief, occluders));
+        let occluders = Occluders(vec4(q.mesh.x), vec4(q.mesh.y), vec4(q.point));
+        let seen = visibilities(z, bias, q.is_point == 1u, relief, occluders);
+        answers[id.x] = vec2(z.y, seen.y);
     }
 }";
 

@@ -14,6 +14,7 @@ fn sprite_vs(
     @builtin(instance_index) instance: u32,
 ) -> Varyings {
     photograph = given;
+    eye = eye_of_frame();
     let sprite = sprite_of(instance);
     let place = sprite.homography * vec3(box_corner(sprite, corner), 1.0);
     return Varyings(clip_position(sprite, corner), place, sprite.key);
@@ -22,6 +23,7 @@ fn sprite_vs(
 @fragment
 fn sprite_fs(in: Varyings) -> @location(0) vec4<f32> {
     photograph = given;
+    eye = eye_of_frame();
     if !is_own_pixel(vec2<u32>(in.position.xy), in.key) {
         discard;
     }

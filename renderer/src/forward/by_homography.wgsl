@@ -16,6 +16,7 @@ fn sprite_vs(
     @builtin(instance_index) instance: u32,
 ) -> Varyings {
     photograph = given;
+    eye = eye_of_frame();
     let sprite = sprite_of(instance);
     let h = sprite.homography;
     let home = sprite.home.x | (sprite.home.y << 16u);
@@ -25,6 +26,7 @@ fn sprite_vs(
 @fragment
 fn sprite_fs(in: Varyings) -> @location(0) vec4<f32> {
     photograph = given;
+    eye = eye_of_frame();
     let cell = vec2<u32>(in.position.xy);
     if !is_own_pixel(cell, in.key.xyz) {
         discard;

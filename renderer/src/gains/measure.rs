@@ -15,7 +15,7 @@ use crate::shade::photograph::{Drawn, Kind};
 use crate::shade::{PHOTOGRAPH_STRIDE, PHOTOGRAPH_WGSL, TEXEL_WGSL};
 use crate::stages::Stages;
 use crate::targets::read_back;
-use crate::{Gpu, RenderError, lens};
+use crate::{Gpu, RenderError, SRGB_WGSL, lens};
 
 /// Agreement, to be put before the shaders that use it.
 pub(crate) const AGREE_WGSL: &str = include_str!("agree.wgsl");
@@ -32,6 +32,7 @@ pub(crate) fn measure_wgsl() -> String {
     [
         lens::WGSL,
         PHOTOGRAPH_WGSL,
+        SRGB_WGSL,
         TEXEL_WGSL,
         AGREE_WGSL,
         POINT_WGSL,
@@ -65,7 +66,7 @@ pub(crate) struct MeasurePass {
     spread: wgpu::ComputePipeline,
     /// One a kind of photograph, made when first needed.
     measure: BTreeMap<Kind, wgpu::ComputePipeline>,
-    filtering: wgpu::Sampler,
+    unfiltered: wgpu::Sampler,
     buffers: Option<Buffers>,
 }
 
@@ -83,13 +84,7 @@ impl MeasurePass {
         Self {
             spread: pipeline(gpu, "places", spread_wgsl(), &[]),
             measure: BTreeMap::new(),
-            filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("photographs"),
-                mag_filter: wgpu::FilterMode::Linear,
-                min_filter: wgpu::FilterMode::Linear,
-                mipmap_filter: wgpu::MipmapFilterMode::Linear,
-                ..Default::default()
-            }),
+            unfiltered: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()),
             buffers: None,
         }
     }
@@ -191,7 +186,7 @@ impl MeasurePass {
                 let entries = [
                     entry(3, view(&map_mesh)),
                     entry(4, view(&map_points)),
-                    entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
+                    entry(8, wgpu::BindingResource::Sampler(&self.unfiltered)),
                     entry(6, place_buffer.as_entire_binding()),
                     entry(7, slice(samples, index, places * SAMPLE_BYTES)),
                 ];

@@ -14,17 +14,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let place = places[id.x];
     let seen = projected(place.xyz);
     let texels = place.w * photograph.lens.focal.y / seen.position.z;
-    let lod = clamp(log2(texels), 0.0, photograph.max_lod);
+    let width = clamp(texels, 1.0, photograph.max_texels);
     let short_side = min(photograph.lens.size.x, photograph.lens.size.y);
     let texel = vec2<i32>(photograph.map_focal * seen.normalised + photograph.map_centre);
     // The border is 0 where nothing is seen.
     let sees = place.w > 0.0
         && texels >= LEAST_TEXELS
-        && seen.border * short_side >= exp2(lod)
+        && seen.border * short_side >= width
         && agrees(seen.position.z, known_at(texel));
     var found = vec2(0u);
     if sees {
-        let colour = look_up(seen.pixel, lod);
+        let colour = look_up(seen.pixel, width);
         if colour.a > 0.0 {
             found = vec2(pack2x16unorm(colour.rg), pack2x16unorm(vec2(colour.b, 1.0)));
         }

@@ -158,9 +158,9 @@ impl Gains {
         let (ids, drawn): (Vec<&ImageId>, Vec<Drawn>) = used
             .iter()
             .filter_map(|(id, photograph)| {
-                let layer = maps.layer(id)?;
+                let map = maps.place(id)?;
                 let plain = [1.0; 3];
-                Some((*id, Drawn::new(photograph, origin, standing, layer, plain, plain)))
+                Some((*id, Drawn::new(photograph, origin, standing, map, plain, plain)))
             })
             .unzip();
         if drawn.len() < 2 {

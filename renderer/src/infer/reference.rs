@@ -30,8 +30,8 @@ use crate::reference::field::{Field, cells};
 
 /// Cells from a place to the corners of its surroundings.
 pub(crate) const AROUND: f64 = 3.0;
-/// Times that these are halved more often.
-pub(crate) const COARSER: f64 = 2.0;
+/// Of these, texels are so many times as wide.
+pub(crate) const COARSER: f64 = 4.0;
 /// Pixels a side that are looked at in each cell.
 pub(crate) const SAMPLES: u32 = 4;
 /// No place is farther, 1/m.

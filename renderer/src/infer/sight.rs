@@ -17,7 +17,6 @@ use crate::tiles::{TILE_ATTRIBUTE, TileLists};
 pub(crate) struct SightPass {
     module: wgpu::ShaderModule,
     layouts: [wgpu::BindGroupLayout; 3],
-    filtering: wgpu::Sampler,
     unfiltered: wgpu::Sampler,
     /// One a kind of photograph, made when first needed.
     pipelines: Mutex<BTreeMap<Kind, wgpu::RenderPipeline>>,
@@ -26,7 +25,7 @@ pub(crate) struct SightPass {
 /// What a draw reads beside the photographs, and where it draws.
 #[derive(Debug)]
 pub(crate) struct Sights<'a> {
-    /// Of the first group, from binding 0, without the sampler, which is the sixth.
+    /// Of the first group, from binding 0, without the sampler, which is the ninth.
     pub(crate) inputs: Vec<(u32, wgpu::BindingResource<'a>)>,
     /// What each rig shows, the nearest first.
     pub(crate) rigs: &'a [wgpu::TextureView],
@@ -55,13 +54,6 @@ impl SightPass {
             }),
             layouts: layouts(gpu, inputs),
             unfiltered: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()),
-            filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("sight"),
-                mag_filter: wgpu::FilterMode::Linear,
-                min_filter: wgpu::FilterMode::Linear,
-                mipmap_filter: wgpu::MipmapFilterMode::Linear,
-                ..Default::default()
-            }),
             pipelines: Mutex::default(),
         }
     }
@@ -95,9 +87,8 @@ impl SightPass {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let [frame_layout, photograph_layout, atlas_layout] = &self.layouts;
-        let sampler = (5, wgpu::BindingResource::Sampler(&self.filtering));
         let unfiltered = (8, wgpu::BindingResource::Sampler(&self.unfiltered));
-        let inputs = sights.inputs.into_iter().chain([sampler, unfiltered]);
+        let inputs = sights.inputs.into_iter().chain([unfiltered]);
         let inputs: Vec<_> = inputs.map(|(binding, input)| entry(binding, input)).collect();
         let of_frame = group(frame_layout, &inputs);
         // One group each: with dynamic offsets Mesa's software driver loses memory at every draw.
@@ -223,16 +214,14 @@ fn layouts(gpu: &Gpu, inputs: &[(u32, wgpu::BindingType)]) -> [wgpu::BindGroupLa
         ty,
         count: None,
     };
-    let sampler = (5, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering));
     let unfiltered = (8, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering));
-    let inputs = inputs.iter().copied().chain([sampler, unfiltered]);
+    let inputs = inputs.iter().copied().chain([unfiltered]);
     let inputs: Vec<_> = inputs.map(|(binding, ty)| entry(binding, ty)).collect();
     let photograph = wgpu::BindingType::Buffer {
         ty: wgpu::BufferBindingType::Uniform,
         has_dynamic_offset: false,
         min_binding_size: None,
     };
-    let filterable = wgpu::TextureSampleType::Float { filterable: true };
-    let atlas = texture_of(filterable, wgpu::TextureViewDimension::D2Array);
+    let atlas = texture_of(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2Array);
     [layout(&inputs), layout(&[entry(0, photograph)]), layout(&[entry(0, atlas)])]
 }

@@ -11,8 +11,8 @@ struct Sight {
 // Surroundings reach so many cells to all sides, so that exposure, which changes between
 // photographs, cancels, and patterns stay.
 const REACH: f32 = 3.0;
-// Times that they are halved more often than what they surround, where there are such levels.
-const COARSER: f32 = 2.0;
+// Texels of theirs are so many times as wide as of what they surround, where there are such levels.
+const COARSER: f32 = 4.0;
 
 @group(0) @binding(6) var<uniform> inference: Inference;
 
@@ -29,15 +29,14 @@ fn fs(corner: Corner) -> Sight {
     let shown = textureLoad(positions, vec2<i32>(at.xy), 0);
     let place = bitcast<vec3<f32>>(shown.xyz);
     let found = projected(place);
-    let view_depth = max(dot(frame.forward, place), 1e-3);
-    let lod = level_of_detail(found.position.z, view_depth) + log2(f32(inference.step));
-    let coarse = min(lod + COARSER, photograph.max_lod);
-    let texel = look_up(found.pixel, min(lod, photograph.max_lod));
-    let reach = REACH * exp2(lod);
+    let view_depth = max(view_depth_of(place), 1e-3);
+    let texels = texels_per_pixel(found.position.z, view_depth) * f32(inference.step);
+    let texel = look_up(found.pixel, texels);
+    let reach = REACH * texels;
     var around = 0.0;
     for (var i = 0u; i < 4u; i++) {
         let towards = 2.0 * vec2<f32>(vec2(i & 1u, i >> 1u)) - 1.0;
-        around += 0.25 * brightness(look_up(found.pixel + reach * towards, coarse).rgb);
+        around += 0.25 * brightness(look_up(found.pixel + reach * towards, COARSER * texels).rgb);
     }
     var sight: Sight;
     sight.seen = vec2(brightness(texel.rgb) - around, 1.0);

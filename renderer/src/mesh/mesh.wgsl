@@ -91,8 +91,14 @@ fn fs_gbuffer(corner: Corner) -> GBuffer {
     return out;
 }
 
-// Depth along the axis and uncertainty, both metres.
+struct Texel {
+    // Along the axis, metres.
+    @location(0) depth: f32,
+    // Metres.
+    @location(1) uncertainty: f32,
+}
+
 @fragment
-fn fs_depth(corner: Corner) -> @location(0) vec2<f32> {
-    return vec2(dot(camera.forward, corner.position), corner.uncertainty);
+fn fs_depth(corner: Corner) -> Texel {
+    return Texel(dot(camera.forward, corner.position), corner.uncertainty);
 }

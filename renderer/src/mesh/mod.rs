@@ -23,7 +23,7 @@ pub(crate) const PLANE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32
 pub(crate) const SURFACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Depth and uncertainty of a depth map.
-pub(crate) const MAP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+pub(crate) const MAP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 
 /// The shader of both passes.
 pub(crate) fn wgsl() -> String {
@@ -262,7 +262,7 @@ impl MeshPass {
         let draws_lines = gpu.device.features().contains(wgpu::Features::POLYGON_MODE_LINE);
         Self {
             gbuffer: pipeline("vs", "fs_gbuffer", &view, fill),
-            depth: pipeline("vs", "fs_depth", &[written(MAP_FORMAT)], fill),
+            depth: pipeline("vs", "fs_depth", &[written(MAP_FORMAT), written(MAP_FORMAT)], fill),
             edges: draws_lines.then(|| pipeline("vs_edges", "fs_edges", &lines, line)),
         }
     }
@@ -289,19 +289,21 @@ impl MeshPass {
     }
 
     /// Fills the part of a depth map that `camera` covers; texels without mesh get a depth
-    /// beyond everything.
+    /// beyond everything. The map's layers are of depth and of its uncertainty.
     pub(crate) fn draw_depth(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         camera: &Camera,
         list: &DrawList<'_>,
-        map: &wgpu::TextureView,
+        [map, uncertainty]: &[wgpu::TextureView; 2],
         depth: &wgpu::TextureView,
     ) {
         let clear = wgpu::Color { r: reference::NO_MESH_M, ..wgpu::Color::TRANSPARENT };
+        let attachments =
+            [attachment(map, clear), attachment(uncertainty, wgpu::Color::TRANSPARENT)];
         let pipelines = Pipelines { surfaces: &self.depth, edges: None };
-        draw(gpu, encoder, pipelines, camera, list, &[attachment(map, clear)], depth);
+        draw(gpu, encoder, pipelines, camera, list, &attachments, depth);
     }
 }
 

@@ -1,21 +1,26 @@
 //! Texture arrays that hold photographs of any size.
 //!
-//! There is no bindless access to textures everywhere, so photographs share a few arrays of
-//! square layers, one array a size class. Each has its own
-//! mip levels: corners are aligned so that no texel of any level holds two photographs, and
-//! lookups stay half a texel inside.
+//! There is no bindless access to textures everywhere, so photographs share a few arrays of layers,
+//! one array a size class. Levels of detail lie below their photograph rather than in levels of the
+//! texture, and texels are words rather than colours: shaders gather four of them at once and filter
+//! themselves. That is exact on all devices, a half of the time on software ones, and the same four
+//! texels tell whether a mask hides any of them.
 
 use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
-use super::layout::{Layout, level_size};
-pub(crate) use super::layout::{MAX_LOD, NoPlace, Place, SIDES};
-use crate::{Gpu, memory};
+use super::layout::{Layout, SIDES, level_size};
+pub(crate) use super::layout::{MAX_LOD, NoPlace, Place};
+use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass};
+use crate::{Gpu, SRGB_WGSL, memory};
 
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// Four bytes a texel, red in the lowest.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 
 /// The shader that makes the levels.
-pub(crate) const HALVE_WGSL: &str = include_str!("halve.wgsl");
+pub(crate) fn halve_wgsl() -> String {
+    [WHOLE_WGSL, SRGB_WGSL, include_str!("halve.wgsl")].concat()
+}
 
 pub(crate) mod gpu_data {
     /// Mirrors `Halve` in halve.wgsl.
@@ -24,8 +29,6 @@ pub(crate) mod gpu_data {
     pub(crate) struct Halve {
         pub(crate) source_corner: [u32; 2],
         pub(crate) source_size: [u32; 2],
-        pub(crate) target_corner: [u32; 2],
-        pub(crate) padding: [u32; 2],
     }
 }
 
@@ -34,38 +37,14 @@ pub(crate) struct Atlas {
     layout: Layout,
     /// In the order of [`SIDES`].
     textures: [wgpu::Texture; SIDES.len()],
-    halve: wgpu::RenderPipeline,
+    halve: ScreenPass,
 }
 
 impl Atlas {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("halve"),
-            source: wgpu::ShaderSource::Wgsl(HALVE_WGSL.into()),
-        });
-        let halve = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("halve"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vs"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fs"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(FORMAT.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
         let layout = Layout::new(&gpu.device.limits());
-        Self { layout, textures: SIDES.map(|side| texture(gpu, side, 0)), halve }
+        let textures = SIDES.map(|_| texture(gpu, UVec2::ONE, 0));
+        Self { layout, textures, halve: screen_pass(gpu, "halve", &halve_wgsl(), &[FORMAT]) }
     }
 
     /// Bytes of all arrays.
@@ -138,10 +117,10 @@ impl Atlas {
 
     /// A level of a photograph.
     fn part(&self, place: &Place, level: u32) -> wgpu::TexelCopyTextureInfo<'_> {
-        let corner = place.corner / (1 << level);
+        let corner = place.level_corner(level);
         wgpu::TexelCopyTextureInfo {
             texture: &self.textures[place.array],
-            mip_level: level,
+            mip_level: 0,
             origin: wgpu::Origin3d { x: corner.x, y: corner.y, z: place.layer },
             aspect: wgpu::TextureAspect::All,
         }
@@ -177,32 +156,24 @@ impl Atlas {
 
     /// Whether the device had room for so many layers; what is there is kept either way.
     fn resize_one(&mut self, gpu: &Gpu, array: usize, wanted: usize) -> bool {
-        let side = SIDES[array];
+        let size = self.layout.layer_size(array);
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let resized = texture(gpu, side, wanted);
+        let resized = texture(gpu, size, wanted);
         if pollster::block_on(scope.pop()).is_some() {
             return false;
         }
         let kept = layers(&self.textures[array]).min(wanted);
         if kept > 0 {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            for level in 0..=MAX_LOD {
-                let part = |texture| wgpu::TexelCopyTextureInfo {
-                    texture,
-                    mip_level: level,
-                    origin: wgpu::Origin3d::ZERO,
-                    aspect: wgpu::TextureAspect::All,
-                };
-                encoder.copy_texture_to_texture(
-                    part(&self.textures[array]),
-                    part(&resized),
-                    wgpu::Extent3d {
-                        width: side >> level,
-                        height: side >> level,
-                        depth_or_array_layers: kept as u32,
-                    },
-                );
-            }
+            encoder.copy_texture_to_texture(
+                self.textures[array].as_image_copy(),
+                resized.as_image_copy(),
+                wgpu::Extent3d {
+                    width: size.x,
+                    height: size.y,
+                    depth_or_array_layers: kept as u32,
+                },
+            );
             gpu.queue.submit([encoder.finish()]);
         }
         self.textures[array] = resized;
@@ -210,59 +181,34 @@ impl Atlas {
     }
 
     fn make_levels(&self, gpu: &Gpu, place: &Place) {
-        let texture = &self.textures[place.array];
-        let view = |level| {
-            texture.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2),
-                base_mip_level: level,
-                mip_level_count: Some(1),
-                base_array_layer: place.layer,
-                array_layer_count: Some(1),
-                ..Default::default()
-            })
-        };
+        let layer = self.textures[place.array].create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2),
+            base_array_layer: place.layer,
+            array_layer_count: Some(1),
+            ..Default::default()
+        });
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        for level in 1..=MAX_LOD {
-            let corner = place.corner / (1 << level);
+        // A texture cannot be read and drawn into at once: each level is drawn apart and copied.
+        let (mut source, mut source_corner) = (layer, place.corner);
+        for level in 1..=place.coarsest() {
             let size = level_size(place.size, level);
             let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("halve"),
                 contents: bytemuck::bytes_of(&gpu_data::Halve {
-                    source_corner: (place.corner / (1 << (level - 1))).to_array(),
+                    source_corner: source_corner.to_array(),
                     source_size: level_size(place.size, level - 1).to_array(),
-                    target_corner: corner.to_array(),
-                    padding: [0; 2],
                 }),
                 usage: wgpu::BufferUsages::UNIFORM,
             });
-            let source = view(level - 1);
-            let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("halve"),
-                layout: &self.halve.get_bind_group_layout(0),
-                entries: &[
-                    wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
-                    wgpu::BindGroupEntry {
-                        binding: 1,
-                        resource: wgpu::BindingResource::TextureView(&source),
-                    },
-                ],
-            });
-            let target = view(level);
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("halve"),
-                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &target,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
-                })],
-                ..Default::default()
-            });
-            let (corner, extent) = (corner.as_vec2(), size.as_vec2());
-            pass.set_viewport(corner.x, corner.y, extent.x, extent.y, 0.0, 1.0);
-            pass.set_pipeline(&self.halve);
-            pass.set_bind_group(0, &bind_group, &[]);
-            pass.draw(0..3, 0..1);
+            let halved = texture_of_one(gpu, size);
+            let target = halved.create_view(&Default::default());
+            let bindings =
+                vec![uniform.as_entire_binding(), wgpu::BindingResource::TextureView(&source)];
+            self.halve.draw(gpu, &mut encoder, bindings, &[&target]);
+            let extent = wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
+            let part = self.part(place, level);
+            encoder.copy_texture_to_texture(halved.as_image_copy(), part, extent);
+            (source, source_corner) = (target, UVec2::ZERO);
         }
         gpu.queue.submit([encoder.finish()]);
     }
@@ -281,40 +227,42 @@ fn copy(
     gpu.queue.submit([encoder.finish()]);
 }
 
-/// What a photograph waits in between two places.
+/// What a level of a photograph is drawn into, or waits in between two places.
 fn texture_of_one(gpu: &Gpu, size: UVec2) -> wgpu::Texture {
     gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("photograph that moves"),
+        label: Some("level of a photograph"),
         size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format: FORMAT,
-        usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
+        usage: wgpu::TextureUsages::COPY_DST
+            | wgpu::TextureUsages::COPY_SRC
+            | wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::TEXTURE_BINDING,
         view_formats: &[],
     })
 }
 
-/// Layers of `side` pixels; without any a small one, because it is bound in any case.
-fn texture(gpu: &Gpu, side: u32, layers: usize) -> wgpu::Texture {
-    let side = if layers == 0 { 1 << MAX_LOD } else { side };
+/// Layers of `size` pixels; without any a single pixel, because it is bound in any case.
+fn texture(gpu: &Gpu, size: UVec2, layers: usize) -> wgpu::Texture {
+    let UVec2 { x: width, y: height } = if layers == 0 { UVec2::ONE } else { size };
     let depth_or_array_layers = layers.max(1) as u32;
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("photographs"),
-        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers },
-        mip_level_count: MAX_LOD + 1,
+        size: wgpu::Extent3d { width, height, depth_or_array_layers },
+        mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format: FORMAT,
         usage: wgpu::TextureUsages::TEXTURE_BINDING
             | wgpu::TextureUsages::COPY_DST
-            | wgpu::TextureUsages::COPY_SRC
-            | wgpu::TextureUsages::RENDER_ATTACHMENT,
+            | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     })
 }
 
 /// How many layers for photographs a texture has.
 fn layers(texture: &wgpu::Texture) -> usize {
-    if texture.width() == 1 << MAX_LOD { 0 } else { texture.depth_or_array_layers() as usize }
+    if texture.width() == 1 { 0 } else { texture.depth_or_array_layers() as usize }
 }

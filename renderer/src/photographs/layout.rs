@@ -5,8 +5,9 @@ use glam::UVec2;
 
 use super::packing::Packing;
 
-/// Sides of the layers of each array, pixels.
-pub(crate) const SIDES: [u32; 4] = [1024, 2048, 4096, 8192];
+/// Widths of the layers of each array, pixels; each is half as high again, for the levels, as far as
+/// the device has such textures.
+pub(super) const SIDES: [u32; 4] = [1024, 2048, 4096, 8192];
 /// Levels of detail below the full one.
 pub(crate) const MAX_LOD: u32 = 4;
 
@@ -18,12 +19,36 @@ pub(crate) struct Place {
     pub(crate) layer: u32,
     pub(crate) corner: UVec2,
     pub(crate) size: UVec2,
+    /// Of the layers of its array.
+    pub(crate) layer_size: UVec2,
+}
+
+impl Place {
+    /// Where a level of the photograph begins: the full one first, below it all others side by side.
+    /// texel.wgsl has the same.
+    pub(crate) fn level_corner(&self, level: u32) -> UVec2 {
+        let full = whole_levels(self.size);
+        if level == 0 {
+            return self.corner;
+        }
+        self.corner + UVec2::new(full.x - ((2 * full.x) >> level), full.y)
+    }
+
+    /// The finest level below which no texel is halved, at most [`MAX_LOD`].
+    pub(crate) fn coarsest(&self) -> u32 {
+        self.size.min_element().ilog2().min(MAX_LOD)
+    }
+}
+
+/// The full level as far as all levels are whole texels of it.
+fn whole_levels(size: UVec2) -> UVec2 {
+    size.map(|side| side.next_multiple_of(1 << MAX_LOD))
 }
 
 /// Why there is no place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NoPlace {
-    /// The photograph is larger than the largest layer of the device.
+    /// The photograph is larger than the largest layer of the device, of this width.
     TooLarge { side: u32 },
     /// The textures would exceed what they may take.
     Memory,
@@ -36,7 +61,7 @@ pub(crate) enum NoPlace {
 pub(super) struct Layout {
     /// In the order of [`SIDES`].
     arrays: [Vec<Packing>; SIDES.len()],
-    /// Longest side of a layer that the device takes.
+    /// Longest side of a texture that the device takes.
     max_side: u32,
     /// Most layers of an array.
     max_layers: usize,
@@ -47,7 +72,7 @@ impl Layout {
     pub(super) fn new(limits: &wgpu::Limits) -> Self {
         Self {
             arrays: Default::default(),
-            max_side: limits.max_texture_dimension_2d.min(SIDES[SIDES.len() - 1]),
+            max_side: limits.max_texture_dimension_2d,
             max_layers: limits.max_texture_array_layers as usize,
         }
     }
@@ -60,28 +85,28 @@ impl Layout {
     /// Finds room for a photograph, in more layers where all arrays together then take at most `most`
     /// bytes. Where that is tight, empty layers at the end of arrays are given up first.
     pub(super) fn take(&mut self, size: UVec2, most: u64) -> Result<Place, NoPlace> {
-        let longest = taken(size).max_element();
         let class = SIDES
             .iter()
-            .position(|&class| class <= self.max_side && longest <= class)
-            .ok_or(NoPlace::TooLarge { side: self.max_side })?;
+            .position(|&side| taken(size).cmple(layer_size(side, self.max_side)).all())
+            .ok_or(NoPlace::TooLarge { side: self.max_side.min(SIDES[SIDES.len() - 1]) })?;
         if let Some(place) = self.take_of(class, size) {
             return Ok(place);
         }
-        if self.held() + bytes(SIDES[class], 1) > most {
+        if self.held() + self.bytes(class, 1) > most {
             self.trim();
         }
         // Half as much again, so that growing costs a bounded share of filling; a single
         // layer where there is no room for more.
         let layers = self.arrays[class].len();
         let generous = layers + (layers / 2).max(1);
-        let others = self.held() - bytes(SIDES[class], layers);
-        let fits = |to: usize| others + bytes(SIDES[class], to) <= most;
+        let others = self.held() - self.bytes(class, layers);
+        let fits = |to: usize| others + self.bytes(class, to) <= most;
         let to = if fits(generous) { generous } else { layers + 1 };
         let may_grow = fits(to);
         let to = to.min(self.max_layers);
         if may_grow && to > layers {
-            self.arrays[class].resize_with(to, || Packing::new(SIDES[class]));
+            let layer = self.layer_size(class);
+            self.arrays[class].resize_with(to, || Packing::new(layer));
             return self.take_of(class, size).ok_or(NoPlace::Device);
         }
         let none = if may_grow { NoPlace::Device } else { NoPlace::Memory };
@@ -120,9 +145,10 @@ impl Layout {
     }
 
     fn take_of(&mut self, array: usize, size: UVec2) -> Option<Place> {
+        let layer_size = self.layer_size(array);
         self.arrays[array].iter_mut().zip(0..).find_map(|(packing, layer)| {
             let corner = packing.take(taken(size))?;
-            Some(Place { array, layer, corner, size })
+            Some(Place { array, layer, corner, size, layer_size })
         })
     }
 
@@ -134,15 +160,27 @@ impl Layout {
         }
     }
 
-    /// Bytes of all layers, rounded up.
+    /// Size of the layers of an array.
+    pub(super) fn layer_size(&self, array: usize) -> UVec2 {
+        layer_size(SIDES[array], self.max_side)
+    }
+
+    /// Bytes of all layers.
     fn held(&self) -> u64 {
-        self.arrays.iter().zip(SIDES).map(|(layers, side)| bytes(side, layers.len())).sum()
+        self.arrays.iter().enumerate().map(|(array, layers)| self.bytes(array, layers.len())).sum()
+    }
+
+    /// Bytes of so many layers of an array.
+    fn bytes(&self, array: usize, layers: usize) -> u64 {
+        let UVec2 { x, y } = self.layer_size(array);
+        u64::from(x) * u64::from(y) * 4 * layers as u64
     }
 }
 
-/// The room that a photograph takes: corners of all levels stay whole texels.
+/// The room that a photograph takes: the full level, and below it, half as high, all others.
 fn taken(size: UVec2) -> UVec2 {
-    size.map(|side| side.next_multiple_of(1 << MAX_LOD))
+    let full = whole_levels(size);
+    UVec2::new(full.x, full.y + full.y / 2)
 }
 
 /// Size of a level, rounded up.
@@ -150,7 +188,7 @@ pub(super) fn level_size(size: UVec2, level: u32) -> UVec2 {
     size.map(|side| side.div_ceil(1 << level))
 }
 
-/// Bytes of `layers` layers with their levels, at most a third more than the full one.
-fn bytes(side: u32, layers: usize) -> u64 {
-    u64::from(side) * u64::from(side) * 4 * layers as u64 * 4 / 3
+/// Size of a layer of an array on a device with textures of at most `max_side`.
+fn layer_size(side: u32, max_side: u32) -> UVec2 {
+    UVec2::new(side, side + side / 2).min(UVec2::splat(max_side))
 }

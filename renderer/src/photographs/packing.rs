@@ -1,11 +1,11 @@
-//! Packing rectangles into a square, by cutting it in two again and again.
+//! Packing rectangles into a larger one, by cutting it in two again and again.
 //!
-//! What is given back joins its other half where that is free, so that a square from which all
-//! was taken away is whole again.
+//! What is given back joins its other half where that is free, so that one from which all was
+//! taken away is whole again.
 
 use glam::UVec2;
 
-/// A square that rectangles are taken from and given back to.
+/// A rectangle that others are taken from and given back to.
 #[derive(Clone, Debug)]
 pub(crate) struct Packing {
     root: Part,
@@ -27,8 +27,8 @@ enum State {
 }
 
 impl Packing {
-    pub(crate) fn new(side: u32) -> Self {
-        Self { root: Part::free(UVec2::ZERO, UVec2::splat(side)) }
+    pub(crate) fn new(size: UVec2) -> Self {
+        Self { root: Part::free(UVec2::ZERO, size) }
     }
 
     /// The corner of a free rectangle of `size`, which is then taken: of the free part that it
@@ -123,13 +123,13 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Whatever is taken and given back, what is held never overlaps, and an emptied square is
+        /// Whatever is taken and given back, what is held never overlaps, and what was emptied is
         /// whole again.
         #[test]
         fn what_is_held_never_overlaps(
             steps in prop::collection::vec((1u32..40, 1u32..40, any::<bool>(), 0usize..32), 1..80),
         ) {
-            let mut packing = Packing::new(100);
+            let mut packing = Packing::new(UVec2::splat(100));
             let mut held: Vec<(UVec2, UVec2)> = Vec::new();
             for (width, height, remove, which) in steps {
                 if remove && !held.is_empty() {
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn parts_are_filled() {
-        let mut packing = Packing::new(64);
+        let mut packing = Packing::new(UVec2::splat(64));
         let side = UVec2::splat(32);
         let corners: Vec<UVec2> = (0..4).filter_map(|_| packing.take(side)).collect();
         assert_eq!((corners.len(), packing.take(UVec2::ONE)), (4, None));

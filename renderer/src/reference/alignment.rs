@@ -76,6 +76,6 @@ fn sights(
         let met = shown.at(pixel).met?;
         let pixels_per_m = view.pixels_a_metre(met.shown.depth_m);
         let position = view.eye() + met.position;
-        rigs.brightness(rig, position, &met.shown, pixels_per_m, f64::from(step).log2())
+        rigs.brightness(rig, position, &met.shown, pixels_per_m, step.into())
     })
 }

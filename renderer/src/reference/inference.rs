@@ -133,8 +133,7 @@ impl Hypotheses {
         }
         let place = self.place(index, cell);
         let pixels_per_m = view.pixels_a_metre(view.camera.forward().dot(place));
-        let halved = f64::from(self.grid.step).log2();
-        rigs.stands_out(rig, self.eye + place, pixels_per_m, halved)
+        rigs.stands_out(rig, self.eye + place, pixels_per_m, self.grid.step.into())
     }
 
     /// Where a hypothesis of a cell is, relative to the eye.

@@ -20,8 +20,8 @@ use crate::pinhole::{MAX_TANGENT, Pinhole};
 use crate::shade::reference::NEAREST_DEPTH_M;
 use crate::surface::reference::Shown;
 
-/// Levels of detail less than this are rounding: the full level alone is exact.
-const LEAST_LOD: f64 = 0.02;
+/// Fewer texels a pixel than these are rounding: the full level alone is exact.
+const LEAST_TEXELS_PER_PIXEL: f64 = 1.015;
 
 /// A photograph with its depth map.
 #[derive(Debug)]
@@ -125,35 +125,33 @@ impl<'a> Photograph<'a> {
             .sum()
     }
 
-    /// Linear colour and mask where the place appears, at the level of detail of a picture
-    /// that has `pixels_per_m` there and is halved `halved` times.
-    pub(super) fn look_up(&self, seen: &Seen, pixels_per_m: f64, halved: f64) -> (DVec3, f64) {
-        let lod = self.level_of_detail(seen, pixels_per_m) + halved;
-        self.pyramid.at(seen.pixel, lod.min(self.pyramid.coarsest()))
+    /// Linear colour and mask where the place appears, for a picture that has `pixels_per_m` there and
+    /// pixels `step` times as wide.
+    pub(super) fn look_up(&self, seen: &Seen, pixels_per_m: f64, step: f64) -> (DVec3, f64) {
+        self.pyramid.at(seen.pixel, self.texels_per_pixel(seen, pixels_per_m) * step)
     }
 
-    /// Linear colours to the four corners around a place, `reach` pixels of that picture aside, halved
-    /// `coarser` times more often.
+    /// Linear colours to the four corners around a place, `reach` pixels of that picture aside, where
+    /// those are `coarser` times as wide.
     pub(super) fn surroundings(
         &self,
         seen: &Seen,
         pixels_per_m: f64,
-        halved: f64,
+        step: f64,
         reach: f64,
         coarser: f64,
     ) -> [DVec3; 4] {
-        let lod = self.level_of_detail(seen, pixels_per_m) + halved;
-        let aside = reach * lod.exp2();
-        let coarse = (lod + coarser).min(self.pyramid.coarsest());
+        let texels = self.texels_per_pixel(seen, pixels_per_m) * step;
+        let (aside, coarse) = (reach * texels, coarser * texels);
         [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
             .map(|corner| self.pyramid.at(seen.pixel + aside * DVec2::from(corner), coarse).0)
     }
 
-    /// How often the photograph is to be halved to match a picture that has `pixels_per_m` there.
-    fn level_of_detail(&self, seen: &Seen, pixels_per_m: f64) -> f64 {
+    /// How many of its texels are a pixel of a picture that has `pixels_per_m` there.
+    fn texels_per_pixel(&self, seen: &Seen, pixels_per_m: f64) -> f64 {
         let texels_per_m = self.lens.intrinsics.fy / seen.position.z;
-        let lod = (texels_per_m / pixels_per_m).max(1.0).log2();
-        if lod < LEAST_LOD { 0.0 } else { lod.min(self.pyramid.coarsest()) }
+        let texels = texels_per_m / pixels_per_m;
+        if texels < LEAST_TEXELS_PER_PIXEL { 1.0 } else { texels.min(self.pyramid.coarsest()) }
     }
 }
 
@@ -187,12 +185,12 @@ impl Photograph<'_> {
         let texel = (focal * (seen.position.truncate() / z) + centre).floor();
         let known = known_surface(self.map.occluders(texel))?;
         let texels = width_m * self.lens.intrinsics.fy / z;
-        let lod = texels.log2().clamp(0.0, self.pyramid.coarsest());
+        let width = texels.clamp(1.0, self.pyramid.coarsest());
         let border_px = seen.border * self.lens.size.as_dvec2().min_element();
-        if texels < LEAST_TEXELS || border_px < lod.exp2() || agreement(z, known) < 0.0 {
+        if texels < LEAST_TEXELS || border_px < width || agreement(z, known) < 0.0 {
             return None;
         }
-        let (colour, inside) = self.pyramid.at(seen.pixel, lod);
+        let (colour, inside) = self.pyramid.at(seen.pixel, width);
         (inside > 0.0).then_some(colour)
     }
 }

@@ -11,7 +11,7 @@ pub(super) struct Pyramid {
     levels: Vec<Level>,
 }
 
-/// Linear colours and mask, 0 to 1.
+/// Colours in sRGB and mask, 0 to 1.
 #[derive(Debug)]
 struct Level {
     size: UVec2,
@@ -28,7 +28,7 @@ impl Pyramid {
             .map(|texel| {
                 let channel = |i: usize| f64::from(texel[i]) / 255.0;
                 let colour = DVec3::new(channel(0), channel(1), channel(2));
-                (colour.map(linear_from_srgb), channel(3))
+                (colour, channel(3))
             })
             .collect();
         let mut levels = vec![Level { size: image.size, texels }];
@@ -40,35 +40,42 @@ impl Pyramid {
         Self { levels }
     }
 
-    /// Colour and mask at a raw pixel position, between four texels of each of the two levels
-    /// around `lod`, half a texel of the coarser one inside the border. The mask is 0 where any
-    /// of them is hidden.
-    pub(super) fn at(&self, pixel: DVec2, lod: f64) -> (DVec3, f64) {
-        let lod = lod.min((self.levels.len() - 1) as f64);
-        let inset = 0.5 * lod.ceil().exp2();
+    /// Linear colour and mask at a raw pixel position, where a pixel of the picture is as wide as
+    /// `texels` of the full level, at least one. It lies between four texels of each of two levels, the
+    /// one that halves the photograph ⌊log₂ texels⌋ times and the next; the share of the coarser one grows
+    /// from 0 to 1 with `texels`, and the place is half a texel of it inside the border. The mask
+    /// is 0 where any of them is hidden.
+    ///
+    /// What is between texels and levels is so of the bytes of sRGB: that is a decoding for each
+    /// photograph and pixel instead of eight, and no byte of a photograph changes where it is shown as
+    /// it is.
+    pub(super) fn at(&self, pixel: DVec2, texels: f64) -> (DVec3, f64) {
+        let texels = texels.clamp(1.0, self.coarsest());
+        let fine = texels.log2().floor();
+        let share = texels / fine.exp2() - 1.0;
+        let inset = if share > 0.0 { fine.exp2() } else { 0.5 * fine.exp2() };
         let high = (self.levels[0].size.as_dvec2() - inset).max(DVec2::splat(inset));
         let inside = pixel.max(DVec2::splat(inset)).min(high);
-        let (fine, share) = (lod.floor(), lod.fract());
         let of_level = |level: f64| self.levels[level as usize].at(inside / level.exp2());
         let (colour, mask) = of_level(fine);
         if share == 0.0 {
-            return (colour, mask);
+            return (colour.map(linear_from_srgb), mask);
         }
         let (coarser_colour, coarser_mask) = of_level(fine + 1.0);
         let shown = mask > 0.0 && coarser_mask > 0.0;
         let mask = if shown { mask + share * (coarser_mask - mask) } else { 0.0 };
-        (colour.lerp(coarser_colour, share), mask)
+        (colour.lerp(coarser_colour, share).map(linear_from_srgb), mask)
     }
 
-    /// Size, linear colours and mask of a level, row by row.
+    /// Size, colours in sRGB and mask of a level, row by row.
     #[cfg(test)]
     pub(super) fn level(&self, level: usize) -> (UVec2, &[(DVec3, f64)]) {
         (self.levels[level].size, &self.levels[level].texels)
     }
 
-    /// The highest level of detail that there is.
+    /// How many texels of the full level are as wide as one of the coarsest.
     pub(super) fn coarsest(&self) -> f64 {
-        (self.levels.len() - 1) as f64
+        ((self.levels.len() - 1) as f64).exp2()
     }
 }
 
@@ -87,15 +94,12 @@ impl Level {
             for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                 // Odd sizes: the last texel stands for one texel twice.
                 let (c, m) = self.texel(x + dx, y + dy);
-                colour += c * m;
+                colour += c.map(linear_from_srgb) * m;
                 mask += m;
                 shown &= m > 0.0;
             }
             let mean = if mask > 0.0 { colour / mask } else { colour };
-            (
-                mean.map(|c| linear_from_srgb(byte(srgb_from_linear(c)))),
-                if shown { byte(mask / 4.0) } else { 0.0 },
-            )
+            (mean.map(|c| byte(srgb_from_linear(c))), if shown { byte(mask / 4.0) } else { 0.0 })
         };
         Self { size, texels: (0..size.x * size.y).map(texel).collect() }
     }
@@ -111,7 +115,8 @@ impl Level {
             (self.texel(x, y + 1), (1.0 - t.x) * t.y),
             (self.texel(x + 1, y + 1), t.x * t.y),
         ];
-        let shown = corners.iter().all(|((_, m), _)| *m > 0.0);
+        // A texel on whose centre it lies is alone.
+        let shown = corners.iter().all(|((_, m), weight)| *m > 0.0 || *weight == 0.0);
         let sum = |(colour, mask), ((c, m), weight): ((DVec3, f64), f64)| {
             (colour + c * weight, mask + m * weight)
         };

@@ -129,18 +129,18 @@ impl<'a> Rigs<'a> {
     }
 
     /// How bright the rig, of those that can see something of the view, shows a place (world) in a
-    /// picture that has `pixels_per_m` there, halved `halved` times; `None` where it does not see it.
+    /// picture that has `pixels_per_m` there, and pixels `step` times as wide; `None` where it does not see it.
     pub(super) fn brightness(
         &self,
         rig: usize,
         position: DVec3,
         shown: &Shown,
         pixels_per_m: f64,
-        halved: f64,
+        step: f64,
     ) -> Option<f64> {
         let (_, Camera { photograph, gain, .. }, seen) =
             self.drawn().nth(rig)?.best(position, self.eye)?;
-        let (colour, inside) = photograph.look_up(&seen, pixels_per_m, halved);
+        let (colour, inside) = photograph.look_up(&seen, pixels_per_m, step);
         let sees = photograph.visible_share(shown, &seen) > 0.5 && inside >= OPAQUE;
         sees.then(|| brightness(colour * *gain))
     }
@@ -153,17 +153,17 @@ impl<'a> Rigs<'a> {
         rig: usize,
         position: DVec3,
         pixels_per_m: f64,
-        halved: f64,
+        step: f64,
     ) -> Option<f64> {
         let rig = self.drawn().nth(rig)?;
         let shows = |camera: &&Camera<'_>| {
             let seen = camera.photograph.sees(position);
-            seen.is_some_and(|s| camera.photograph.look_up(&s, pixels_per_m, halved).1 >= OPAQUE)
+            seen.is_some_and(|s| camera.photograph.look_up(&s, pixels_per_m, step).1 >= OPAQUE)
         };
         let (_, Camera { photograph, gain, .. }, seen) =
             best(rig.cameras.iter().filter(shows), rig.nearest_2, position, self.eye)?;
-        let (colour, _) = photograph.look_up(&seen, pixels_per_m, halved);
-        let around = photograph.surroundings(&seen, pixels_per_m, halved, AROUND, COARSER);
+        let (colour, _) = photograph.look_up(&seen, pixels_per_m, step);
+        let around = photograph.surroundings(&seen, pixels_per_m, step, AROUND, COARSER);
         let mean = around.map(|colour| brightness(colour * *gain)).iter().sum::<f64>() / 4.0;
         Some(brightness(colour * *gain) - mean)
     }
@@ -206,7 +206,7 @@ impl<'a> Rigs<'a> {
             } else {
                 photograph.displaced(&seen, position + offset)
             };
-            let (colour, inside) = photograph.look_up(&found, pixels_per_m, 0.0);
+            let (colour, inside) = photograph.look_up(&found, pixels_per_m, 1.0);
             let weight = park_weight(shown.normal, position, photograph.centre(), rig.nearest_2)
                 * feather_weight(score)
                 * mask_weight(inside)

@@ -18,7 +18,7 @@ fn park_weight(cosine: f32, place_distance_2: f32, eye_distance_2: f32) -> f32 {
 
 // border: distance from the picture's border as a share of its shorter side.
 fn feather_weight(border: f32) -> f32 {
-    return smoothstep(0.0, 1.0, border / FEATHER);
+    return smoothstep(0.0, 1.0, border * (1.0 / FEATHER));
 }
 
 // inside: how far inside its mask a photograph shows the place, 0 to 1.

@@ -1,5 +1,5 @@
 // The picture: what the photographs say together, or what is known without them. Needs
-// place.wgsl. `Frame` as in photograph.wgsl.
+// place.wgsl and srgb.wgsl. `Frame` as in photograph.wgsl.
 
 struct Frame {
     forward: vec3<f32>,
@@ -106,10 +106,4 @@ fn own_colour(place: Place) -> vec3<f32> {
         case 1u: { return vec3(0.66, 0.65, 0.62) * lit; }
         default: { return vec3(0.60, 0.56, 0.54) * lit; }
     }
-}
-
-// IEC 61966-2-1.
-fn srgb_from_linear(linear: vec3<f32>) -> vec3<f32> {
-    let curve = 1.055 * pow(max(linear, vec3(0.0031308)), vec3(1.0 / 2.4)) - 0.055;
-    return clamp(select(curve, 12.92 * linear, linear <= vec3(0.0031308)), vec3(0.0), vec3(1.0));
 }

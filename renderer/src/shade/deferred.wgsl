@@ -2,6 +2,7 @@
 // they show. Needs colour.wgsl.
 
 @group(0) @binding(2) var orientations: texture_2d<u32>;
+@group(0) @binding(5) var filtering: sampler;
 @group(0) @binding(6) var offsets: texture_2d<f32>;
 
 // Whether points are left to sprites.
@@ -19,7 +20,7 @@ fn fs(corner: Corner) -> @location(0) vec4<f32> {
     if POINTS_APART && place.kind == SHOWS_POINT {
         discard;
     }
-    let depth = dot(frame.forward, place.position);
+    let depth = view_depth_of(place.position);
     var seen = projected(place.position);
     if ALIGNED {
         let cells = at.xy / (photograph.shift_step * vec2<f32>(textureDimensions(offsets)));

@@ -18,7 +18,7 @@ use crate::screen::{ScreenPass, screen_pass};
 use crate::surface::PLACE_WGSL;
 use crate::targets::Targets;
 use crate::tiles::TileLists;
-use crate::{Gpu, depth_map, lens, octahedral};
+use crate::{Gpu, SRGB_WGSL, depth_map, lens, octahedral};
 
 pub(crate) mod photograph;
 mod pipelines;
@@ -58,6 +58,7 @@ pub(crate) fn colour_wgsl() -> String {
     let parts = [
         lens::WGSL,
         PHOTOGRAPH_WGSL,
+        SRGB_WGSL,
         TEXEL_WGSL,
         octahedral::WGSL,
         PLACE_WGSL,
@@ -76,7 +77,7 @@ pub(crate) fn deferred_wgsl() -> String {
 
 /// The shader that makes the picture.
 pub(crate) fn compose_wgsl() -> String {
-    [octahedral::WGSL, PLACE_WGSL, include_str!("compose.wgsl")].concat()
+    [SRGB_WGSL, octahedral::WGSL, PLACE_WGSL, include_str!("compose.wgsl")].concat()
 }
 
 pub(crate) mod gpu_data {
@@ -136,10 +137,9 @@ impl ShadePass {
             compose: screen_pass(gpu, "compose", &compose_wgsl(), &[PICTURE_FORMAT]),
             unfiltered: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()),
             filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("photographs"),
+                label: Some("offsets and completion"),
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
-                mipmap_filter: wgpu::MipmapFilterMode::Linear,
                 ..Default::default()
             }),
         }

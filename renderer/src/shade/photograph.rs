@@ -3,8 +3,9 @@
 use flaneur_scene::ImageId;
 use glam::DVec3;
 
+use crate::depth_map::MapPlace;
 use crate::lens::gpu_data::Lens;
-use crate::photographs::{Photograph, atlas};
+use crate::photographs::Photograph;
 
 pub(crate) mod gpu_data {
     use crate::lens::gpu_data::Lens;
@@ -21,23 +22,22 @@ pub(crate) mod gpu_data {
         pub(crate) forward: [f32; 3],
         pub(crate) eye_distance_2: f32,
         pub(crate) centre: [f32; 3],
-        pub(crate) texel: f32,
+        pub(crate) pose_m: f32,
         pub(crate) map_focal: [f32; 2],
         pub(crate) map_centre: [f32; 2],
         pub(crate) map_size: [u32; 2],
         pub(crate) corner: [f32; 2],
         pub(crate) gain: [f32; 3],
-        pub(crate) max_lod: f32,
+        pub(crate) max_texels: f32,
         pub(crate) mark: [f32; 3],
         pub(crate) rig_weight: f32,
         pub(crate) closeness: f32,
         pub(crate) rig_floor: f32,
         pub(crate) rig_step: f32,
-        pub(crate) pose_m: f32,
         pub(crate) shift: f32,
+        pub(crate) texel: [f32; 2],
         pub(crate) shift_step: f32,
-        pub(crate) padding_0: u32,
-        pub(crate) padding_1: u32,
+        pub(crate) map_texel: f32,
     }
 }
 
@@ -112,12 +112,12 @@ pub(crate) fn mark(id: &ImageId) -> [f32; 3] {
 }
 
 impl Drawn {
-    /// `photograph` as seen from `eye`, with the depth map in `map_layer`.
+    /// `photograph` as seen from `eye`.
     pub(crate) fn new(
         photograph: &Photograph,
         eye: DVec3,
         standing: Standing,
-        map_layer: u32,
+        map: MapPlace,
         gain: [f32; 3],
         mark: [f32; 3],
     ) -> Self {
@@ -130,17 +130,18 @@ impl Drawn {
             right: axes.x_axis.as_vec3().to_array(),
             layer: place.layer,
             down: axes.y_axis.as_vec3().to_array(),
-            map_layer,
+            map_layer: map.layer,
+            map_texel: 1.0 / map.side as f32,
             forward: axes.z_axis.as_vec3().to_array(),
             eye_distance_2: standing.nearest_2 as f32,
             centre: centre.as_vec3().to_array(),
-            texel: 1.0 / atlas::SIDES[place.array] as f32,
+            texel: (1.0 / place.layer_size.as_vec2()).to_array(),
             map_focal: photograph.map.focal.as_vec2().to_array(),
             map_centre: photograph.map.centre.as_vec2().to_array(),
             map_size: photograph.map.size.to_array(),
             corner: place.corner.as_vec2().to_array(),
             gain,
-            max_lod: place.size.min_element().ilog2().min(atlas::MAX_LOD) as f32,
+            max_texels: (1u32 << place.coarsest()) as f32,
             mark,
             rig_weight: standing.weight as f32,
             pose_m: photograph.uncertainty_m,

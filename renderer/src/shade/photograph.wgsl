@@ -14,8 +14,8 @@ struct Photograph {
     eye_distance_2: f32,
     // Relative to the eye.
     centre: vec3<f32>,
-    // One over the side of the atlas layer.
-    texel: f32,
+    // How far its place may be off, metres.
+    pose_m: f32,
     map_focal: vec2<f32>,
     map_centre: vec2<f32>,
     map_size: vec2<u32>,
@@ -23,7 +23,8 @@ struct Photograph {
     corner: vec2<f32>,
     // Factor of its linear colours.
     gain: vec3<f32>,
-    max_lod: f32,
+    // Of the full level, that are one of the coarsest.
+    max_texels: f32,
     // Colour that stands for it, linear.
     mark: vec3<f32>,
     // Share of its weight that its rig's place among the nearest leaves, 0 to 1.
@@ -34,13 +35,14 @@ struct Photograph {
     // rigs before its own have left.
     rig_floor: f32,
     rig_step: f32,
-    // How far its place may be off, metres.
-    pose_m: f32,
-    // Share of the offsets by which it agrees with another, and pixels between those.
+    // Share of the offsets by which it agrees with another …
     shift: f32,
+    // One over the size of its layer.
+    texel: vec2<f32>,
+    // … and pixels between those.
     shift_step: f32,
-    padding_0: u32,
-    padding_1: u32,
+    // One over the side of a layer of depth maps.
+    map_texel: f32,
 }
 
 // Mirrors `gpu_data::Frame` in shade/mod.rs.
@@ -84,6 +86,27 @@ override LENS_MODEL: u32 = 0u;
 // What entry points take `given` for, each in its way: see tile.wgsl.
 var<private> photograph: Photograph;
 
+// What of the frame fragments want, taken from where that is quick as well.
+struct Eye {
+    // Its dot product with a place, and 1 times its last, is as deep as the place counts: see
+    // `view_depth_of`.
+    axis: vec4<f32>,
+    // Texels of the photograph's full level that are a pixel, of a place equally far from both.
+    texels_per_pixel: f32,
+    tests_depth: bool,
+    shows_marks: bool,
+}
+
+const MODE_SOURCES: u32 = 7u;
+
+var<private> eye: Eye;
+
+fn eye_of_frame() -> Eye {
+    let axis = select(vec4(frame.forward, 0.0), vec4(0.0, 0.0, 0.0, 1.0), frame.orthographic == 1u);
+    let texels = given.lens.focal.y / frame.focal;
+    return Eye(axis, texels, frame.depth_test == 1u, frame.mode == MODE_SOURCES);
+}
+
 // place: relative to the eye, world axes.
 fn projected(place: vec3<f32>) -> Projected {
     return seen_at(turned(place - photograph.centre));
@@ -102,7 +125,7 @@ fn turned(direction: vec3<f32>) -> vec3<f32> {
 fn seen_at(position: vec3<f32>) -> Projected {
     var found: Projected;
     found.position = position;
-    found.normalised = found.position.xy / found.position.z;
+    found.normalised = found.position.xy * (1.0 / found.position.z);
     var lens = photograph.lens;
     lens.model = LENS_MODEL;
     let raw = lens_pixel(lens, found.normalised);

@@ -212,7 +212,7 @@ impl Layouts {
                 ],
             ),
             photograph: layout("photograph", &[entry(0, uniform)]),
-            atlas: layout("atlas", &[entry(0, texture(Float { filterable: true }, D2Array))]),
+            atlas: layout("atlas", &[entry(0, texture(Uint, D2Array))]),
         }
     }
 }

@@ -1,7 +1,8 @@
 // Photographs over the tiles of a picture that they can see something of. Needs photograph.wgsl.
 //
-// Fragments take the photograph from the corners of the tile rather than from the uniform: Mesa's
-// software driver reads every word of a uniform once for each pixel.
+// Fragments take the photograph and the eye from the corners of the tile rather than from uniforms:
+// Mesa's software driver reads every word of a uniform once for each pixel. They do without the
+// model of the lens, which is a constant, and the size of the depth map.
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
@@ -19,10 +20,14 @@ struct Corner {
     @location(11) @interpolate(flat) w11: vec4<u32>,
     @location(12) @interpolate(flat) w12: vec4<u32>,
     @location(13) @interpolate(flat) w13: vec4<u32>,
+    @location(14) @interpolate(flat) w14: vec4<u32>,
 }
 
 // Pixels a side of a tile, see tiles/mod.rs.
 const TILE: u32 = 32u;
+
+const TESTS_DEPTH: u32 = 1u;
+const SHOWS_MARKS: u32 = 2u;
 
 // A corner of a tile, its column in the low half and its row in the high, of a picture of `size`
 // pixels; four make a strip.
@@ -30,22 +35,25 @@ fn corner_of(tile: u32, index: u32, size: vec2<f32>) -> Corner {
     let cell = vec2((tile & 0xffffu) + (index & 1u), (tile >> 16u) + (index >> 1u));
     let ndc = 2.0 * vec2<f32>(cell * TILE) / size - 1.0;
     let p = given;
+    let e = eye_of_frame();
+    let flags = select(0u, TESTS_DEPTH, e.tests_depth) | select(0u, SHOWS_MARKS, e.shows_marks);
     var corner: Corner;
     corner.position = vec4(ndc.x, -ndc.y, 0.0, 1.0);
     corner.w0 = vec4(bitcast<vec2<u32>>(p.lens.focal), bitcast<vec2<u32>>(p.lens.centre));
-    corner.w1 = vec4(bitcast<vec2<u32>>(p.lens.distortion_centre), bitcast<u32>(p.lens.limit), p.lens.model);
+    corner.w1 = vec4(bitcast<vec2<u32>>(p.lens.distortion_centre), bitcast<u32>(p.lens.limit), flags);
     corner.w2 = bitcast<vec4<u32>>(p.lens.k);
     corner.w3 = vec4(bitcast<vec2<u32>>(p.lens.tangential), bitcast<vec2<u32>>(p.lens.size));
     corner.w4 = vec4(bitcast<vec3<u32>>(p.right), p.layer);
     corner.w5 = vec4(bitcast<vec3<u32>>(p.down), p.map_layer);
     corner.w6 = vec4(bitcast<vec3<u32>>(p.forward), bitcast<u32>(p.eye_distance_2));
-    corner.w7 = vec4(bitcast<vec3<u32>>(p.centre), bitcast<u32>(p.texel));
+    corner.w7 = vec4(bitcast<vec3<u32>>(p.centre), bitcast<u32>(p.pose_m));
     corner.w8 = vec4(bitcast<vec2<u32>>(p.map_focal), bitcast<vec2<u32>>(p.map_centre));
-    corner.w9 = vec4(p.map_size, bitcast<vec2<u32>>(p.corner));
-    corner.w10 = vec4(bitcast<vec3<u32>>(p.gain), bitcast<u32>(p.max_lod));
+    corner.w9 = vec4(bitcast<u32>(e.texels_per_pixel), bitcast<u32>(p.map_texel), bitcast<vec2<u32>>(p.corner));
+    corner.w10 = vec4(bitcast<vec3<u32>>(p.gain), bitcast<u32>(p.max_texels));
     corner.w11 = vec4(bitcast<vec3<u32>>(p.mark), bitcast<u32>(p.rig_weight));
-    corner.w12 = vec4(bitcast<u32>(p.closeness), bitcast<u32>(p.rig_floor), bitcast<u32>(p.rig_step), bitcast<u32>(p.pose_m));
-    corner.w13 = vec4(bitcast<u32>(p.shift), bitcast<u32>(p.shift_step), 0u, 0u);
+    corner.w12 = vec4(bitcast<u32>(p.closeness), bitcast<u32>(p.rig_floor), bitcast<u32>(p.rig_step), bitcast<u32>(p.shift));
+    corner.w13 = vec4(bitcast<vec2<u32>>(p.texel), bitcast<u32>(p.shift_step), 0u);
+    corner.w14 = bitcast<vec4<u32>>(e.axis);
     return corner;
 }
 
@@ -54,7 +62,8 @@ fn take(corner: Corner) {
     photograph.lens.centre = bitcast<vec2<f32>>(corner.w0.zw);
     photograph.lens.distortion_centre = bitcast<vec2<f32>>(corner.w1.xy);
     photograph.lens.limit = bitcast<f32>(corner.w1.z);
-    photograph.lens.model = corner.w1.w;
+    eye.tests_depth = (corner.w1.w & TESTS_DEPTH) != 0u;
+    eye.shows_marks = (corner.w1.w & SHOWS_MARKS) != 0u;
     photograph.lens.k = bitcast<vec4<f32>>(corner.w2);
     photograph.lens.tangential = bitcast<vec2<f32>>(corner.w3.xy);
     photograph.lens.size = bitcast<vec2<f32>>(corner.w3.zw);
@@ -65,19 +74,21 @@ fn take(corner: Corner) {
     photograph.forward = bitcast<vec3<f32>>(corner.w6.xyz);
     photograph.eye_distance_2 = bitcast<f32>(corner.w6.w);
     photograph.centre = bitcast<vec3<f32>>(corner.w7.xyz);
-    photograph.texel = bitcast<f32>(corner.w7.w);
+    photograph.pose_m = bitcast<f32>(corner.w7.w);
     photograph.map_focal = bitcast<vec2<f32>>(corner.w8.xy);
     photograph.map_centre = bitcast<vec2<f32>>(corner.w8.zw);
-    photograph.map_size = corner.w9.xy;
+    eye.texels_per_pixel = bitcast<f32>(corner.w9.x);
+    photograph.map_texel = bitcast<f32>(corner.w9.y);
     photograph.corner = bitcast<vec2<f32>>(corner.w9.zw);
     photograph.gain = bitcast<vec3<f32>>(corner.w10.xyz);
-    photograph.max_lod = bitcast<f32>(corner.w10.w);
+    photograph.max_texels = bitcast<f32>(corner.w10.w);
     photograph.mark = bitcast<vec3<f32>>(corner.w11.xyz);
     photograph.rig_weight = bitcast<f32>(corner.w11.w);
     photograph.closeness = bitcast<f32>(corner.w12.x);
     photograph.rig_floor = bitcast<f32>(corner.w12.y);
     photograph.rig_step = bitcast<f32>(corner.w12.z);
-    photograph.pose_m = bitcast<f32>(corner.w12.w);
-    photograph.shift = bitcast<f32>(corner.w13.x);
-    photograph.shift_step = bitcast<f32>(corner.w13.y);
+    photograph.shift = bitcast<f32>(corner.w12.w);
+    photograph.texel = bitcast<vec2<f32>>(corner.w13.xy);
+    photograph.shift_step = bitcast<f32>(corner.w13.z);
+    eye.axis = bitcast<vec4<f32>>(corner.w14);
 }
