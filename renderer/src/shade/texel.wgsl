@@ -29,12 +29,26 @@ fn look_up(pixel: vec2<f32>, texels: f32) -> vec4<f32> {
     let inside = min(max(pixel, inset), max(size - inset, inset));
     let whole = ceil(size / WHOLE) * WHOLE;
     // The full level is above all others, and those side by side.
-    let fine_corner = vec2(whole.x * max(1.0 - 2.0 * scale, 0.0), select(whole.y, 0.0, scale == 1.0));
-    let coarse_corner = vec2(whole.x * (1.0 - scale), whole.y);
-    let fine = of_level(fine_corner, inside * scale, 1.0 - share);
-    let coarse = of_level(coarse_corner, inside * (0.5 * scale), share);
-    let texel = fine + coarse;
-    let inside_mask = select(texel.a, 0.0, min(fine.a, coarse.a) < 0.0);
+    var texel = vec4(0.0);
+    var hidden = false;
+    var corner = vec2(whole.x * max(1.0 - 2.0 * scale, 0.0), select(whole.y, 0.0, scale == 1.0));
+    var position = inside * scale;
+    var part = 1.0 - share;
+    var left = share;
+    // A loop, because software devices run both sides of a branch, but no turn that no pixel takes.
+    loop {
+        let found = of_level(corner, position, part);
+        texel += found;
+        hidden = hidden | (found.a < 0.0);
+        if left == 0.0 {
+            break;
+        }
+        corner = vec2(whole.x * (1.0 - scale), whole.y);
+        position *= 0.5;
+        part = left;
+        left = 0.0;
+    }
+    let inside_mask = select(texel.a, 0.0, hidden);
     return vec4(linear_from_srgb(texel.rgb), select(1.0, inside_mask, MASKED));
 }
 
