@@ -6,7 +6,7 @@ use crate::Surface;
 use crate::mesh::reference::NO_MESH_M;
 use crate::shader_tests::sources;
 use crate::{
-    align, depth_map, depths, gains, infer, pinhole, points, shade, splat, surface, tiles,
+    align, depth_map, depths, diffuse, gains, infer, pinhole, points, shade, splat, surface, tiles,
 };
 
 /// The name in shaders, its value on the host, and in which shader where the name means another
@@ -55,6 +55,7 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("PRIOR", infer::reference::PRIOR),
         ("KEPT", infer::reference::KEPT),
         ("COARSER", infer::reference::COARSER),
+        ("CELLS", diffuse::FEW_CELLS.into()),
     ];
     let in_one = [
         ("REACH", infer::reference::REACH.into(), "window"),

@@ -13,17 +13,26 @@ pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
 
+/// Most cells of the level from which on all others are made at once: software devices take
+/// hundreds of microseconds for a pass, however little it does. CELLS in coarse.wgsl.
+pub(crate) const FEW_CELLS: u32 = 512;
+
 /// Every shader of this pass, by name.
 pub(crate) fn sources() -> [(&'static str, String); 3] {
+    let whole = |own: &str| [WHOLE_WGSL, own].concat();
     [
-        ("pull", include_str!("pull.wgsl")),
-        ("top", include_str!("top.wgsl")),
-        ("push", include_str!("push.wgsl")),
+        ("pull", whole(include_str!("pull.wgsl"))),
+        ("push", whole(include_str!("push.wgsl"))),
+        ("coarse", coarse_wgsl("rgba32float")),
     ]
-    .map(|(name, own)| (name, [WHOLE_WGSL, own].concat()))
 }
 
-/// A pyramid of cells: what is known of them, and the same made whole.
+/// The shader of all coarse levels, of this format.
+fn coarse_wgsl(format: &str) -> String {
+    include_str!("coarse.wgsl").replace("FORMAT,", &format!("{format},"))
+}
+
+/// A pyramid of cells, but for the coarsest: what is known of them, and the same made whole.
 #[derive(Debug)]
 pub(crate) struct Levels {
     /// Finest first, up to three channels times the weight, and in the last the weight, 0 to 1.
@@ -44,7 +53,8 @@ impl Levels {
                 dimension: wgpu::TextureDimension::D2,
                 format,
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                    | wgpu::TextureUsages::TEXTURE_BINDING,
+                    | wgpu::TextureUsages::TEXTURE_BINDING
+                    | wgpu::TextureUsages::STORAGE_BINDING,
                 view_formats: &[],
             });
             texture.create_view(&Default::default())
@@ -75,10 +85,10 @@ impl Levels {
     }
 }
 
-/// Sizes of a pyramid from `size` down to a single texel.
+/// Sizes of a pyramid from `size` down to few cells.
 fn sizes(size: UVec2) -> Vec<UVec2> {
     let mut sizes = vec![size];
-    while let Some(&size) = sizes.last().filter(|size| size.max_element() > 1) {
+    while let Some(&size) = sizes.last().filter(|size| size.element_product() > FEW_CELLS) {
         sizes.push((size + 1) / 2);
     }
     sizes
@@ -88,16 +98,30 @@ fn sizes(size: UVec2) -> Vec<UVec2> {
 #[derive(Debug)]
 pub(crate) struct DiffusePass {
     pull: ScreenPass,
-    top: ScreenPass,
     push: ScreenPass,
+    coarse: wgpu::ComputePipeline,
 }
 
 impl DiffusePass {
-    /// For levels of `format`.
+    /// For levels of `format`, four channels of floats.
     pub(crate) fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
-        let [pull, top, push] =
-            sources().map(|(label, wgsl)| screen_pass(gpu, label, &wgsl, &[format]));
-        Self { pull, top, push }
+        let [pull, push, _] = sources();
+        let pass = |(label, wgsl): (_, String)| screen_pass(gpu, label, &wgsl, &[format]);
+        let name =
+            if format == wgpu::TextureFormat::Rgba32Float { "rgba32float" } else { "rgba16float" };
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("coarse"),
+            source: wgpu::ShaderSource::Wgsl(coarse_wgsl(name).into()),
+        });
+        let coarse = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("coarse"),
+            layout: None,
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        Self { pull: pass(pull), push: pass(push), coarse }
     }
 
     /// Makes whole what is known; where that is nothing, all of it is `otherwise`.
@@ -119,8 +143,21 @@ impl DiffusePass {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         if let (Some(known), Some(whole)) = (levels.known.last(), levels.whole.last()) {
-            let bindings = vec![otherwise.as_entire_binding(), texture(known)];
-            self.top.draw(gpu, encoder, bindings, &[whole]);
+            let bindings = [texture(known), texture(whole), otherwise.as_entire_binding()];
+            let entries: Vec<_> = bindings
+                .into_iter()
+                .zip(0..)
+                .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
+                .collect();
+            let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("coarse"),
+                layout: &self.coarse.get_bind_group_layout(0),
+                entries: &entries,
+            });
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.coarse);
+            pass.set_bind_group(0, &bind_group, &[]);
+            pass.dispatch_workgroups(1, 1, 1);
         }
         for (known, pair) in levels.known.iter().zip(levels.whole.windows(2)).rev() {
             self.push.draw(gpu, encoder, vec![texture(known), texture(&pair[1])], &[&pair[0]]);
