@@ -25,14 +25,15 @@ pub(crate) struct Report {
     pub(crate) ms_to_ssim_095: Option<f64>,
     /// Bytes of all messages received, without what HTTP/2 and TCP add.
     pub(crate) bytes: u64,
-    /// Bytes of those that no frame ever showed while they were wanted.
-    pub(crate) bytes_wasted: Option<u64>,
-    /// Share of what was looked up in the caches that was there.
-    pub(crate) cache_hit_rate: Option<f64>,
+    /// Bytes of those that no frame ever showed: of what was given up before it was whole, of what was
+    /// damaged or came twice, and of what was not wanted any more when it came and never was again.
+    pub(crate) bytes_wasted: u64,
+    /// Share of the tiles, images and nodes asked for that a cache held.
+    pub(crate) cache_hit_rate: f64,
     /// Requests sent.
     pub(crate) requests: u64,
-    /// Requests cancelled before they were answered whole.
-    pub(crate) cancelled: Option<u64>,
+    /// Requests that a new view made useless, ended on the wire.
+    pub(crate) cancelled: u64,
     /// The longest time from the beginning of a frame, when what has arrived is brought to the device,
     /// to its pixels.
     pub(crate) longest_frame_ms: Option<f64>,

@@ -1,47 +1,40 @@
-//! What a streamer brings for the view that one looks at.
+//! A streamer, and what it has said so far.
 
 use flaneur_renderer::Applied;
-use flaneur_scene::{SceneUpdate, View};
+use flaneur_scene::SceneUpdate;
 use flaneur_streamer::{Event, Statistics, Streamer, ViewRequest};
-
-use crate::exit::Exit;
-use crate::source::stream_exit;
 
 /// Updates for the latest view.
 pub(super) struct Feed {
     streamer: Streamer,
-    /// The view that is looked at, and its number.
-    looking: (u64, View),
-    /// The view of which everything is there.
-    finished: Option<View>,
-    complete: bool,
+    /// The number of the latest view.
+    view: u64,
+    complete_picture: bool,
+    has_all: bool,
 }
 
 impl Feed {
-    /// Begins with `request`.
-    pub(super) fn new(mut streamer: Streamer, request: ViewRequest) -> Self {
-        let view = request.view;
-        let looking = (streamer.look(request), view);
-        Self { streamer, looking, finished: None, complete: false }
+    /// One that was asked for nothing yet.
+    pub(super) fn new(streamer: Streamer) -> Self {
+        Self { streamer, view: 0, complete_picture: false, has_all: false }
     }
 
     /// Where one looks from now on.
     pub(super) fn look(&mut self, request: ViewRequest) {
-        if self.looking.1 != request.view {
-            let view = request.view;
-            self.looking = (self.streamer.look(request), view);
-        }
+        self.view = self.streamer.look(request);
+        self.has_all = false;
     }
 
     /// What arrives next for the renderer; waits for it. `None` for a report.
-    pub(super) async fn next(&mut self) -> Result<Option<SceneUpdate>, Exit> {
+    pub(super) async fn next(&mut self) -> Option<SceneUpdate> {
         let event = self.streamer.next().await;
         self.take(event)
     }
 
-    /// What has arrived.
-    pub(super) fn try_next(&mut self) -> Result<Option<Option<SceneUpdate>>, Exit> {
-        self.streamer.try_next().map(|event| self.take(event)).transpose()
+    /// The same of what has arrived; `None` where nothing has.
+    pub(super) fn try_next(&mut self) -> Option<Option<SceneUpdate>> {
+        let event = self.streamer.try_next()?;
+        Some(self.take(event))
     }
 
     /// Tells it what the renderer did by itself.
@@ -52,30 +45,34 @@ impl Feed {
 
     /// Whether a complete, if coarse, picture has arrived.
     pub(super) fn complete_picture(&self) -> bool {
-        self.complete
+        self.complete_picture
     }
 
-    /// Whether all that `view` wants has arrived.
-    pub(super) fn has_all(&self, view: &View) -> bool {
-        self.finished.as_ref() == Some(view)
+    /// Whether all that the latest view wants has arrived.
+    pub(super) fn has_all(&self) -> bool {
+        self.has_all
     }
 
+    /// What has passed.
     pub(super) fn statistics(&self) -> Statistics {
         self.streamer.statistics()
     }
 
-    fn take(&mut self, event: Event) -> Result<Option<SceneUpdate>, Exit> {
+    fn take(&mut self, event: Event) -> Option<SceneUpdate> {
         match event {
-            Event::Update(update) => Ok(Some(update)),
+            Event::Update(update) => Some(update),
             Event::Progress(progress) => {
-                self.complete |= progress.complete_picture;
-                let (number, view) = self.looking;
-                if progress.finished && progress.view == number {
-                    self.finished = Some(view);
-                }
-                Ok(None)
+                self.complete_picture |= progress.complete_picture || progress.finished;
+                self.has_all |= progress.view == self.view && progress.finished;
+                None
             }
-            Event::Fault { error, .. } => Err(stream_exit(error)),
+            Event::Fault { error, .. } => {
+                tracing::warn!(
+                    error = &error as &dyn std::error::Error,
+                    "the walk goes on without"
+                );
+                None
+            }
         }
     }
 }

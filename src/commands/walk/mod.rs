@@ -176,16 +176,18 @@ fn report(
     samples: Vec<Sample>,
 ) -> Report {
     let Size(size) = arguments.size;
+    let passed = walked.statistics;
+    let looked_up = passed.cache_hits + passed.cache_misses;
     Report {
         first_picture_ms: walked.first_picture.map(|shown| shown.ms),
         first_picture_bytes: walked.first_picture.map(|shown| shown.bytes),
         ms_to_ssim_090: Sample::reached(&samples, 0.90),
         ms_to_ssim_095: Sample::reached(&samples, 0.95),
-        bytes: walked.bytes,
-        bytes_wasted: None,
-        cache_hit_rate: None,
-        requests: walked.requests,
-        cancelled: None,
+        bytes: passed.bytes_received,
+        bytes_wasted: passed.bytes_wasted,
+        cache_hit_rate: passed.cache_hits as f64 / looked_up.max(1) as f64,
+        requests: passed.requests,
+        cancelled: passed.cancelled,
         longest_frame_ms: walked.longest_frame_ms,
         samples,
         settings: Asked {
@@ -214,18 +216,16 @@ fn summary(report: &Report) -> String {
     let first = report
         .first_picture_bytes
         .map_or(String::new(), |bytes| format!(" and {}", kilobytes(bytes)));
-    let wasted = report.bytes_wasted.map_or(String::new(), |bytes| {
-        let share = 100.0 * bytes as f64 / report.bytes.max(1) as f64;
-        format!(", {} ({share:.1} %) of them wasted", kilobytes(bytes))
-    });
+    let wasted = 100.0 * report.bytes_wasted as f64 / report.bytes.max(1) as f64;
     format!(
         "first picture    {}{first}\nSSIM 0.90        {}\nSSIM 0.95        {}\nreceived         \
-         {}{wasted}, {} requests\nlongest frame    {:.0} ms, {} frames compared\n",
+         {}, {wasted:.1} % of them wasted; {} requests, {} cancelled\nlongest frame    {:.0} ms, {} frames compared\n",
         seconds(report.first_picture_ms),
         seconds(report.ms_to_ssim_090),
         seconds(report.ms_to_ssim_095),
         kilobytes(report.bytes),
         report.requests,
+        report.cancelled,
         report.longest_frame_ms.unwrap_or(0.0),
         report.samples.len(),
     )

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use flaneur_renderer::{Frame, Renderer};
 use flaneur_scene::{SceneUpdate, View};
 use flaneur_services::ingest::{Progress, Stage, Unit};
-use flaneur_streamer::{FetchLimits, ViewRequest};
+use flaneur_streamer::{FetchLimits, Statistics, ViewRequest};
 
 use super::feed::Feed;
 use super::kept::{Kept, Shown};
@@ -33,8 +33,7 @@ pub(super) struct Walked {
     pub(super) kept: Kept,
     pub(super) first_picture: Option<Shown>,
     pub(super) longest_frame_ms: Option<f64>,
-    pub(super) bytes: u64,
-    pub(super) requests: u64,
+    pub(super) statistics: Statistics,
     /// Whether everything that the last view wants had come.
     pub(super) whole: bool,
     pub(super) profile: Profile,
@@ -69,8 +68,7 @@ impl<'a> Stroll<'a> {
             kept,
             first_picture: None,
             longest_frame_ms: None,
-            bytes: 0,
-            requests: 0,
+            statistics: Statistics::default(),
             whole: false,
             profile: Profile::default(),
         };
@@ -93,10 +91,9 @@ impl<'a> Stroll<'a> {
             () = context.cancel.cancelled() => return Err(Exit::Interrupted),
             streamer = connect => streamer?,
         };
-        let mut feed = Feed::new(streamer, self.request(self.route.view(self.ms() / 1e3)));
+        let mut feed = Feed::new(streamer);
         let outcome = self.follow(&mut feed, &*stage, context).await;
-        let statistics = feed.statistics();
-        (self.walked.bytes, self.walked.requests) = (statistics.bytes_received, statistics.requests);
+        self.walked.statistics = feed.statistics();
         if let Some((frame, shown)) = self.on_screen.take()
             && self.walked.kept.frames().last() != Some(&shown)
         {
@@ -123,10 +120,12 @@ impl<'a> Stroll<'a> {
             }
             let (began, time_s) = (Instant::now(), self.ms() / 1e3);
             let view = self.route.view(time_s);
-            if looked != Some(view) {
+            let left_s = time_s - self.route.end_s();
+            let walks = left_s < 0.0;
+            if looked != Some((view, walks)) {
                 self.renderer.expect_eye(view.eye());
-                feed.look(self.request(view));
-                looked = Some(view);
+                feed.look(self.request(view, walks));
+                looked = Some((view, walks));
             }
             self.apply(feed, began)?;
             let bytes = feed.statistics().bytes_received;
@@ -137,9 +136,8 @@ impl<'a> Stroll<'a> {
             if draws {
                 self.draw(view, began, bytes)?;
             }
-            let left_s = time_s - self.route.end_s();
-            let whole = feed.has_all(&view);
-            if left_s >= 0.0 && whole && self.is_at_rest() || left_s > STAND.as_secs_f64() {
+            let whole = feed.has_all();
+            if !walks && whole && self.is_at_rest() || left_s > STAND.as_secs_f64() {
                 self.walked.whole = whole;
                 return Ok(());
             }
@@ -148,7 +146,7 @@ impl<'a> Stroll<'a> {
             } else {
                 tokio::select! {
                     () = context.cancel.cancelled() => {}
-                    event = feed.next() => self.take(feed, event?)?,
+                    update = feed.next() => self.take(feed, update)?,
                     () = tokio::time::sleep(TICK) => {}
                 }
             }
@@ -158,8 +156,8 @@ impl<'a> Stroll<'a> {
     /// Brings what has arrived to the renderer.
     fn apply(&mut self, feed: &mut Feed, began: Instant) -> Result<(), Exit> {
         while began.elapsed() < APPLYING {
-            let Some(event) = feed.try_next()? else { break };
-            self.take(feed, event)?;
+            let Some(update) = feed.try_next() else { break };
+            self.take(feed, update)?;
         }
         Ok(())
     }
@@ -205,8 +203,11 @@ impl<'a> Stroll<'a> {
         self.on_screen.is_some() && (!self.restless || self.unchanged >= FRAMES_TO_REST)
     }
 
-    fn request(&self, view: View) -> ViewRequest {
-        ViewRequest { limits: self.limits, ..ViewRequest::new(view) }
+    /// What someone wants who sees `view`. Who walks keeps what is there while it may serve; in the
+    /// end the view alone decides.
+    fn request(&self, view: View, walks: bool) -> ViewRequest {
+        let steadiness = if walks { ViewRequest::STEADY } else { 1.0 };
+        ViewRequest { limits: self.limits, steadiness, ..ViewRequest::new(view) }
     }
 
     /// Since time zero, milliseconds.

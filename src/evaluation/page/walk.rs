@@ -57,20 +57,16 @@ fn figures(report: &Report) -> String {
     let kilobytes = |bytes: Option<u64>| {
         Figure(bytes.map_or(f64::NAN, |bytes| bytes as f64 / 1e3), 0).to_string()
     };
-    let count = |count: Option<u64>| Figure(count.map_or(f64::NAN, |n| n as f64), 0).to_string();
     let rows = [
         ("First complete picture, s", seconds(report.first_picture_ms)),
         ("… for kB", kilobytes(report.first_picture_bytes)),
         ("SSIM of 0.90, s", seconds(report.ms_to_ssim_090)),
         ("SSIM of 0.95, s", seconds(report.ms_to_ssim_095)),
         ("Received in all, kB", kilobytes(Some(report.bytes))),
-        ("… and wasted, kB", kilobytes(report.bytes_wasted)),
-        (
-            "Found in caches, %",
-            Figure(100.0 * report.cache_hit_rate.unwrap_or(f64::NAN), 1).to_string(),
-        ),
-        ("Requests", count(Some(report.requests))),
-        ("… and cancelled", count(report.cancelled)),
+        ("… and wasted, kB", kilobytes(Some(report.bytes_wasted))),
+        ("Found in caches, %", Figure(100.0 * report.cache_hit_rate, 1).to_string()),
+        ("Requests", report.requests.to_string()),
+        ("… and cancelled", report.cancelled.to_string()),
         ("Longest frame, s", seconds(report.longest_frame_ms)),
     ];
     let mut html = "<div class=\"scroll\"><table>\n<tbody>\n".to_owned();
@@ -133,10 +129,10 @@ mod tests {
             ms_to_ssim_090: None,
             ms_to_ssim_095: None,
             bytes: 7_000_000,
-            bytes_wasted: None,
-            cache_hit_rate: Some(0.25),
+            bytes_wasted: 350_000,
+            cache_hit_rate: 0.25,
             requests: 12,
-            cancelled: Some(3),
+            cancelled: 3,
             longest_frame_ms: Some(250.0),
             samples,
             settings: Asked {
@@ -162,7 +158,8 @@ mod tests {
         assert_eq!(html.matches("<figure").count(), 4, "each quality against bytes and time");
         assert_eq!(html.matches("</title></g>").count(), 8, "a mark a sample");
         assert!(html.contains("<th>First complete picture, s</th><td>0.64</td>"), "{html}");
-        assert!(html.contains("<th>… and wasted, kB</th><td>–</td>"));
+        assert!(html.contains("<th>SSIM of 0.90, s</th><td>–</td>"));
+        assert!(html.contains("<th>… and wasted, kB</th><td>350</td>"));
     }
 
     #[test]
