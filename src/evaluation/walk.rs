@@ -1,5 +1,6 @@
 //! What a visitor saw, when, and for how many bytes.
 
+use flaneur_renderer::FrameStats;
 use flaneur_scene::SceneUpdate;
 use serde::Serialize;
 
@@ -115,6 +116,12 @@ pub(crate) struct Profile {
     pub(crate) applying_ms: f64,
     /// When rendering the first picture began.
     pub(crate) drawn_from_ms: Option<f64>,
+    /// Triangles that it was made of.
+    pub(crate) triangles: u64,
+    /// Photographs.
+    pub(crate) photographs: u64,
+    /// Points.
+    pub(crate) points: u64,
     /// Bytes that TCP carried to the visitor in all, with all that is added to messages.
     pub(crate) tcp_bytes_down: u64,
     /// Bytes that it carried to the server.
@@ -142,6 +149,13 @@ impl Profile {
         };
         *span = Some([span.map_or(at_ms, |[first, _]| first), at_ms]);
         self.applying_ms += took_ms;
+    }
+
+    /// Takes note of what the first picture was made of.
+    pub(crate) fn drawn(&mut self, stats: &FrameStats, from_ms: f64) {
+        self.drawn_from_ms = Some(from_ms);
+        let FrameStats { triangles, images, points, .. } = *stats;
+        (self.triangles, self.photographs, self.points) = (triangles, images, points);
     }
 }
 

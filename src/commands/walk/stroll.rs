@@ -17,9 +17,9 @@ use crate::exit::Exit;
 
 /// How long one stands at the end, at most, for what is still to come.
 pub(super) const STAND: Duration = Duration::from_secs(120);
-/// A frame waits no longer than this for what has arrived to be brought to the device; the rest comes
-/// with the next one.
-const APPLYING: Duration = Duration::from_millis(30);
+/// A frame waits so long at least for what has arrived to be brought to the device, and half as long as
+/// the one before took to draw; the rest comes with the next one.
+const APPLYING_MS: f64 = 30.0;
 /// How often one looks whether anything is to be done while nothing arrives.
 const TICK: Duration = Duration::from_millis(10);
 /// What comes on screen goes there smoothly, ever more slowly. A frame that differs from the one before
@@ -50,6 +50,8 @@ pub(super) struct Stroll<'a> {
     on_screen: Option<(Frame, Shown)>,
     /// Whether something has arrived that it does not show.
     news: bool,
+    /// How long it took to draw.
+    drawing_ms: f64,
     /// Frames that were drawn since anything was new.
     unchanged: u32,
     /// Whether the last frame differed from the one before.
@@ -73,8 +75,18 @@ impl<'a> Stroll<'a> {
             profile: Profile::default(),
         };
         let started = Instant::now();
-        let (on_screen, news, unchanged, restless) = (None, false, 0, false);
-        Self { route, limits, renderer, started, walked, on_screen, news, unchanged, restless }
+        Self {
+            route,
+            limits,
+            renderer,
+            started,
+            walked,
+            on_screen: None,
+            news: false,
+            drawing_ms: 0.0,
+            unchanged: 0,
+            restless: false,
+        }
     }
 
     /// Connects and walks to the end. What was measured until an error is there all the same.
@@ -155,7 +167,8 @@ impl<'a> Stroll<'a> {
 
     /// Brings what has arrived to the renderer.
     fn apply(&mut self, feed: &mut Feed, began: Instant) -> Result<(), Exit> {
-        while began.elapsed() < APPLYING {
+        let most_ms = APPLYING_MS.max(0.5 * self.drawing_ms);
+        while began.elapsed().as_secs_f64() * 1e3 < most_ms {
             let Some(update) = feed.try_next() else { break };
             self.take(feed, update)?;
         }
@@ -177,15 +190,16 @@ impl<'a> Stroll<'a> {
     }
 
     fn draw(&mut self, view: View, began: Instant, bytes: u64) -> Result<(), Exit> {
-        let drawing_ms = self.ms();
+        let drawn_from_ms = self.ms();
         let frame = tokio::task::block_in_place(|| self.renderer.render(&view))?;
         let shown = Shown { view, ms: self.ms(), bytes };
+        self.drawing_ms = shown.ms - drawn_from_ms;
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
         let walked = &mut self.walked;
         walked.longest_frame_ms = Some(walked.longest_frame_ms.unwrap_or(0.0).max(took_ms));
         if walked.first_picture.is_none() {
             walked.first_picture = Some(shown);
-            walked.profile.drawn_from_ms = Some(drawing_ms);
+            walked.profile.drawn(&frame.stats, drawn_from_ms);
             tracing::info!(ms = shown.ms, bytes, "first picture");
         }
         if walked.kept.is_due(shown.ms) {
