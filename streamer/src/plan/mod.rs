@@ -120,6 +120,12 @@ impl Plan {
         useless
     }
 
+    /// Bytes of what is wanted and not held, as far as they are known.
+    pub(crate) fn missing_bytes(&self) -> u64 {
+        let missing = self.wishes.wants.iter().filter(|want| self.is_missing(want));
+        missing.fold(0, |bytes, want| bytes.saturating_add(want.bytes))
+    }
+
     /// What to ask for next, at most `most_bytes` at once where it is more than one part; `None` where
     /// all is there or under way. What is only wanted ahead comes when nothing else does.
     pub(crate) fn next(&mut self, most_bytes: u64) -> Option<Batch> {

@@ -83,6 +83,8 @@ pub(crate) struct Driver {
     /// Bytes that came and are not used, by part.
     unused: HashMap<Part, u64>,
     heard: Instant,
+    /// Bytes that the view had to ask for.
+    asked_bytes: u64,
     /// Whether the view's end was told.
     told: bool,
     outbox: VecDeque<Event>,
@@ -116,6 +118,7 @@ impl Driver {
             damages: HashMap::new(),
             unused: HashMap::new(),
             heard: Instant::now(),
+            asked_bytes: 0,
             told: true,
             outbox: VecDeque::new(),
             events,
@@ -164,6 +167,7 @@ impl Driver {
                 self.request = request.map(|request| *request);
                 self.told = self.request.is_none();
                 self.heard = Instant::now();
+                self.asked_bytes = 0;
                 self.plan.forgive();
                 self.damages.clear();
                 if let Some(request) = &self.request {
@@ -193,8 +197,6 @@ impl Driver {
         };
         match wishes {
             Ok((wishes, targets)) => {
-                let bytes = wishes.wants.iter().map(|want| want.bytes).sum();
-                self.loader.cache().working_set(bytes);
                 self.targets = targets;
                 for useless in self.plan.look(wishes) {
                     if self.open.remove(&useless).is_some() {
@@ -202,6 +204,9 @@ impl Driver {
                     }
                     self.batch_of.retain(|_, batch| *batch != useless);
                 }
+                // More may be missing once more of the survey is known, less never.
+                self.asked_bytes = self.asked_bytes.max(self.plan.missing_bytes());
+                self.loader.cache().working_set(self.asked_bytes);
             }
             Err(error) => self.fault(super::bad_id(&error)),
         }
