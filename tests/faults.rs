@@ -19,8 +19,8 @@ use flaneur_scene::{Region, View};
 use flaneur_services::grpc::in_process;
 use flaneur_services::store::{Catalog, Store};
 use flaneur_streamer::{
-    CacheOptions, DiskOptions, Event, Progress, Servers, Statistics, StreamOptions, Streamer,
-    ViewRequest,
+    CacheOptions, DiskOptions, Event, Progress, Servers, Statistics, StreamError, StreamOptions,
+    Streamer, ViewRequest,
 };
 use futures::future::join;
 use futures::{StreamExt, TryStreamExt};
@@ -264,6 +264,20 @@ async fn a_server_that_never_was_does_no_harm() {
     let mut streamer = connect(&[&nobody, &server.url]).await;
     let statistics = scene.arrives(&mut streamer, "one of two").await;
     assert!(statistics.failovers > 0, "{statistics:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn where_nobody_answers_that_is_said() {
+    let gone = [Scene::shared().server(), Scene::shared().server()];
+    let urls = gone.map(|server| {
+        let url = server.url.clone();
+        server.kill();
+        url
+    });
+    let channels: Vec<_> = urls.iter().map(|url| channel(url)).collect();
+    let connected = within(Streamer::connect(channels, "sample")).await;
+    let error = connected.expect_err("there is no server");
+    assert!(matches!(&error, StreamError::Status { call: "GetScene", .. }), "{error}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
