@@ -13,6 +13,9 @@ mod tests;
 /// The forward model, to be put before the shaders that use it.
 pub(crate) const WGSL: &str = include_str!("lens.wgsl");
 
+/// How many models there are.
+pub(crate) const MODELS: usize = 4;
+
 /// Pixels between the nodes of the grid of [`undistortion_grid`].
 pub(crate) const GRID_STEP: u32 = 8;
 

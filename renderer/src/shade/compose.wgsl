@@ -29,29 +29,40 @@ const MODE_DEPTH: u32 = 5u;
 const MODE_NORMALS: u32 = 6u;
 const MODE_UNCERTAINTY: u32 = 8u;
 
+// The mode of the picture: software devices run every branch.
+override MODE: u32 = 0u;
+
+// What every pixel wants of the uniforms: see shade/tile.wgsl.
+struct Corner {
+    @builtin(position) position: vec4<f32>,
+    @location(0) @interpolate(flat) background: vec3<f32>,
+    @location(1) @interpolate(flat) per_spanned: vec2<f32>,
+}
+
 @vertex
-fn vs(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+fn vs(@builtin(vertex_index) index: u32) -> Corner {
     // One triangle over the viewport.
-    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+    let position = vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+    return Corner(position, frame.background, 1.0 / spanned);
 }
 
 // sRGB, and in alpha the code of `Surface` in frame.rs.
 @fragment
-fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-    let cell = vec2<i32>(at.xy);
+fn fs(corner: Corner) -> @location(0) vec4<f32> {
+    let at = corner.position.xy;
+    let cell = vec2<i32>(at);
     let position = textureLoad(positions, cell, 0);
     let place = unpacked(position, textureLoad(orientations, cell, 0).xy);
     let sum = textureLoad(blended, cell, 0);
-    var colour = frame.background;
+    var colour = corner.background;
     var surface = SHOWS_NOTHING;
     let coloured = sum.w > 0.0;
-    let around = textureSampleLevel(completion, filtering, at.xy / spanned, 0.0);
+    let around = textureSampleLevel(completion, filtering, at * corner.per_spanned, 0.0);
     let has_colour = coloured || around.w > 0.5;
     // An inferred place without colour is none.
     if place.kind != SHOWS_NOTHING && (place.kind != SHOWS_INFERRED || has_colour) {
         surface = place.kind + select(0u, 1u, coloured);
-        // Of the place, too, so that it is no branch on a uniform: see shade/colour.wgsl.
-        switch select(frame.mode, 0u, place.kind == SHOWS_NOTHING) {
+        switch MODE {
             case MODE_POINTS_COLOUR: { colour = own_colour(place); }
             case MODE_WIREFRAME: {
                 colour = select(own_colour(place), vec3(0.05), (position.w & ON_EDGE) != 0u);

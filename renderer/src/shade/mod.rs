@@ -14,11 +14,11 @@ use crate::complete::Completion;
 use crate::depth_map::DepthMaps;
 use crate::forward::Sprites;
 use crate::photographs::atlas::Atlas;
-use crate::screen::{ScreenPass, screen_pass};
+use crate::screen::{ScreenPass, screen_pass_with};
 use crate::surface::PLACE_WGSL;
 use crate::targets::Targets;
 use crate::tiles::TileLists;
-use crate::{Gpu, SRGB_WGSL, depth_map, lens, octahedral};
+use crate::{Gpu, Mode, SRGB_WGSL, depth_map, lens, octahedral};
 
 pub(crate) mod photograph;
 mod pipelines;
@@ -99,7 +99,8 @@ pub(crate) mod gpu_data {
 #[derive(Debug)]
 pub(crate) struct ShadePass {
     photographs: PhotographPipelines,
-    compose: ScreenPass,
+    /// One a mode.
+    compose: [ScreenPass; Mode::ALL.len()],
     filtering: wgpu::Sampler,
     unfiltered: wgpu::Sampler,
 }
@@ -132,9 +133,13 @@ pub(crate) struct Sources<'a> {
 
 impl ShadePass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
+        let compose = |mode: Mode| {
+            let constants = [("MODE", f64::from(mode as u8))];
+            screen_pass_with(gpu, "compose", &compose_wgsl(), &[PICTURE_FORMAT], &constants)
+        };
         Self {
             photographs: PhotographPipelines::new(gpu),
-            compose: screen_pass(gpu, "compose", &compose_wgsl(), &[PICTURE_FORMAT]),
+            compose: Mode::ALL.map(compose),
             unfiltered: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()),
             filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("offsets and completion"),
@@ -229,7 +234,8 @@ impl ShadePass {
             wgpu::BindingResource::Sampler(&self.filtering),
             spanned.as_entire_binding(),
         ];
-        self.compose.draw(gpu, encoder, bindings, &[&targets.picture_view()]);
+        let compose = &self.compose[frame.mode as usize % Mode::ALL.len()];
+        compose.draw(gpu, encoder, bindings, &[&targets.picture_view()]);
     }
 
     fn bind_groups(

@@ -5,7 +5,7 @@
 
 use wgpu::util::DeviceExt as _;
 
-use crate::screen::{Bindings, ScreenPass, screen_pass};
+use crate::screen::{Bindings, ScreenPass, screen_pass_with};
 use crate::targets::{Records, Targets};
 use crate::{Gpu, camera, lens, octahedral, splat};
 
@@ -39,16 +39,21 @@ pub(crate) mod gpu_data {
     }
 }
 
-/// The pipeline of this pass.
+/// The pipelines of this pass.
 #[derive(Debug)]
 pub(crate) struct SurfacePass {
-    pass: ScreenPass,
+    /// One a lens model.
+    passes: [ScreenPass; lens::MODELS],
 }
 
 impl SurfacePass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
         let formats = [POSITION_FORMAT, ORIENTATION_FORMAT];
-        Self { pass: screen_pass(gpu, "surface", &wgsl(), &formats) }
+        let pass = |model: usize| {
+            let constants = [("LENS_MODEL", model as f64)];
+            screen_pass_with(gpu, "surface", &wgsl(), &formats, &constants)
+        };
+        Self { passes: std::array::from_fn(pass) }
     }
 
     /// Fills `records` for every pixel of the picture. `grid` is that of a distorted view.
@@ -80,6 +85,7 @@ impl SurfacePass {
             wgpu::BindingResource::TextureView(&targets.winning_normals),
             grid.as_entire_binding(),
         ];
-        self.pass.draw(gpu, encoder, bindings, &[&records.positions, &records.orientations]);
+        let pass = &self.passes[view.lens.model as usize % lens::MODELS];
+        pass.draw(gpu, encoder, bindings, &[&records.positions, &records.orientations]);
     }
 }

@@ -33,19 +33,56 @@ const SAME_SURFACE_M: f32 = 0.15;
 @group(0) @binding(4) var winning_normals: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read> grid: array<vec2<f32>>;
 
+// The model of the picture's lens: software devices run every branch.
+override LENS_MODEL: u32 = 0u;
+
+// The pinhole, and what of the lens a picture without distortion needs, come with the corners: software
+// devices read every word of a uniform once for each pixel.
+struct Corner {
+    @builtin(position) position: vec4<f32>,
+    @location(0) @interpolate(flat) right: vec4<f32>,
+    @location(1) @interpolate(flat) down: vec4<f32>,
+    @location(2) @interpolate(flat) forward: vec4<f32>,
+    @location(3) @interpolate(flat) pinhole: vec4<f32>,
+    @location(4) @interpolate(flat) lens: vec4<f32>,
+}
+
+var<private> camera: Camera;
+
 @vertex
-fn vs(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+fn vs(@builtin(vertex_index) index: u32) -> Corner {
+    let c = view.camera;
+    var corner: Corner;
     // One triangle over the viewport.
-    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+    corner.position =
+        vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+    corner.right = vec4(c.right, f32(c.orthographic));
+    corner.down = vec4(c.down, f32(c.size.x));
+    corner.forward = vec4(c.forward, f32(c.size.y));
+    corner.pinhole = vec4(c.focal, c.centre);
+    corner.lens = vec4(view.lens.focal, view.lens.centre);
+    return corner;
+}
+
+fn take(corner: Corner) {
+    camera.right = corner.right.xyz;
+    camera.orthographic = u32(corner.right.w);
+    camera.down = corner.down.xyz;
+    camera.forward = corner.forward.xyz;
+    camera.size = vec2<u32>(vec2(corner.down.w, corner.forward.w));
+    camera.focal = corner.pinhole.xy;
+    camera.centre = corner.pinhole.zw;
 }
 
 @fragment
-fn fs(@builtin(position) at: vec4<f32>) -> Shown {
+fn fs(corner: Corner) -> Shown {
+    take(corner);
+    let at = corner.position;
     var shown: Shown;
-    let m = direction(at.xy);
+    let m = direction(at.xy, corner.lens);
     if m.z > 0.0 {
-        let cell = vec2<i32>(floor(view.camera.focal * m.xy + view.camera.centre));
-        if all(cell >= vec2(0)) && all(cell < vec2<i32>(view.camera.size)) {
+        let cell = vec2<i32>(floor(camera.focal * m.xy + camera.centre));
+        if all(cell >= vec2(0)) && all(cell < vec2<i32>(camera.size)) {
             let surface = textureLoad(surfaces, cell, 0).x;
             let place = place_on(m.xy, cell, surface);
             let on_edge = place.kind == SHOWS_MESH && (surface & EDGE_BIT) != 0u;
@@ -56,14 +93,14 @@ fn fs(@builtin(position) at: vec4<f32>) -> Shown {
     return shown;
 }
 
-// Normalised direction that a raw pixel position sees; z is 0 where it sees none.
-fn direction(pixel: vec2<f32>) -> vec3<f32> {
-    var lens = view.lens;
-    // Of the pixel, too, so that nothing branches on a uniform: see shade/colour.wgsl.
-    lens.model = select(lens.model, 0u, pixel.x < 0.0);
-    if lens.model == 0u {
-        return vec3((pixel - lens.centre) / lens.focal, 1.0);
+// Normalised direction that a raw pixel position sees; z is 0 where it sees none. scale: focal lengths
+// and principal point of the picture's lens.
+fn direction(pixel: vec2<f32>, scale: vec4<f32>) -> vec3<f32> {
+    if LENS_MODEL == 0u {
+        return vec3((pixel - scale.zw) / scale.xy, 1.0);
     }
+    var lens = view.lens;
+    lens.model = LENS_MODEL;
     let at = pixel / view.grid_step;
     let node = floor(at);
     let t = at - node;
@@ -104,9 +141,9 @@ fn direction(pixel: vec2<f32>) -> vec3<f32> {
 // mesh occludes from its far surface, delta behind it; within delta a point replaces it.
 fn place_on(m: vec2<f32>, cell: vec2<i32>, surface: u32) -> Place {
     var place: Place;
-    let ray = ray_through(view.camera, m);
+    let ray = ray_through(camera, m);
     let cell_ray =
-        ray_through(view.camera, normalised(view.camera, vec2<f32>(cell) + 0.5));
+        ray_through(camera, normalised(camera, vec2<f32>(cell) + 0.5));
     var depth = NOTHING_M;
     var mesh_depth = NOTHING_M;
     if surface != 0u {
@@ -126,7 +163,7 @@ fn place_on(m: vec2<f32>, cell: vec2<i32>, surface: u32) -> Place {
     if winner.w != 0u {
         let p = bitcast<vec3<f32>>(winner.xyz);
         let normal_code = textureLoad(winning_normals, cell, 0).x;
-        let towards = facing(view.camera, p);
+        let towards = facing(camera, p);
         var normal = towards;
         if normal_code != 0u {
             normal = normalize(disc_normal(towards, from_octahedral(normal_code)));
