@@ -6,7 +6,7 @@ use crate::FieldError;
 
 /// Bytes of a full part. A gRPC message may hold 4 MiB; small parts keep the buffers of
 /// slow readers small, and cost nothing beside the payload.
-pub const PART_BYTES: usize = 256 << 10;
+pub const PART_BYTES: usize = 64 << 10;
 
 /// Cuts a payload into parts of at most [`PART_BYTES`], each with its position in the
 /// payload. An empty payload is one empty part, so that its receiver hears of it.

@@ -9,6 +9,7 @@ mod call;
 mod connections;
 mod footprints;
 mod ground;
+mod image_index;
 mod images;
 mod in_process;
 mod metrics;
@@ -32,7 +33,7 @@ use tonic::Status;
 
 use crate::cache::ByteCache;
 use crate::store::{Catalog, FileEntry, Scene};
-use images::ImageIndex;
+use image_index::ImageIndex;
 use octrees::Octrees;
 use pieces::Ahead;
 

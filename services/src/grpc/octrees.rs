@@ -35,6 +35,15 @@ pub(super) struct Octree {
     pub(super) what: String,
 }
 
+/// Where the points of a node lie.
+#[derive(Clone, Copy)]
+pub(super) struct Chunk {
+    pub(super) key: NodeKey,
+    pub(super) offset: u64,
+    pub(super) byte_size: u32,
+    pub(super) point_count: u32,
+}
+
 impl Octrees {
     pub(super) fn new() -> Self {
         Self { files: ByteCache::new(FILE_CACHE_BYTES), pages: ByteCache::new(PAGE_CACHE_BYTES) }
@@ -93,8 +102,8 @@ impl Octree {
         Ok(address)
     }
 
-    /// Offset, bytes and points of the chunk of `key`; NOT_FOUND where it holds no points.
-    pub(super) async fn chunk(&self, key: NodeKey) -> Result<(u64, u32, u32), Status> {
+    /// The chunk of `key`; NOT_FOUND where it holds no points.
+    pub(super) async fn chunk(&self, key: NodeKey) -> Result<Chunk, Status> {
         let mut address = self.root();
         // Each page lies deeper than the one before, so this ends.
         loop {
@@ -105,7 +114,8 @@ impl Octree {
             }) = page.entry(key)
                 && *point_count > 0
             {
-                return Ok((*offset, *byte_size, *point_count));
+                let (offset, byte_size, point_count) = (*offset, *byte_size, *point_count);
+                return Ok(Chunk { key, offset, byte_size, point_count });
             }
             address = page
                 .towards(key)

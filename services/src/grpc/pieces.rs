@@ -6,7 +6,6 @@
 //! takes so much, and as all streams together stay within [`AHEAD_BYTES`]. Where those are used
 //! up, streams go on without.
 
-use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -56,54 +55,71 @@ impl Ahead {
 }
 
 /// A range of an object that a client asked for.
-pub(super) struct Payload<M> {
+pub(super) struct Payload<K> {
     /// The object.
     pub(super) path: Path,
     /// Which bytes of it; not none.
     pub(super) range: Range<u64>,
     /// What it is called in messages.
     pub(super) what: String,
-    /// What is sent with each part.
-    pub(super) about: M,
+    /// What it was asked for by.
+    pub(super) key: K,
 }
 
 /// A part of a payload.
-pub(super) struct Part<M> {
+pub(super) struct Part<K> {
     /// The payload it is a part of.
-    pub(super) payload: Arc<Payload<M>>,
+    pub(super) payload: Arc<Payload<K>>,
     /// Its place in the payload.
     pub(super) offset: u64,
     /// Its bytes.
     pub(super) data: Bytes,
 }
 
-impl<M> Payload<M> {
+impl<K> Payload<K> {
     /// Bytes of all parts together.
     pub(super) fn total(&self) -> u64 {
         self.range.end - self.range.start
     }
 }
 
-/// The parts of the payloads, one payload after the other, read as they are taken.
-pub(super) fn parts<M: Send + Sync + 'static>(
+/// The parts of what `keys` stand for, one payload after the other, read as they are taken. A
+/// key is kept until its turn comes, its payload from then on: keys should be small.
+pub(super) fn parts<K, F>(
     store: Arc<dyn ObjectStore>,
     ahead: Ahead,
-    payloads: Vec<Payload<M>>,
-) -> impl Stream<Item = Result<Part<M>, Status>> + Send {
-    let waiting = payloads.into_iter().map(Arc::new).map(|payload| (payload, 0)).collect();
-    let reader = Reader { store, ahead, waiting, window: FuturesOrdered::new(), held: 0, taken: 0 };
+    keys: Vec<K>,
+    payload_of: F,
+) -> impl Stream<Item = Result<Part<K>, Status>> + Send
+where
+    K: Send + Sync + 'static,
+    F: Fn(K) -> Result<Payload<K>, Status> + Send,
+{
+    let reader = Reader {
+        store,
+        ahead,
+        keys: keys.into_iter(),
+        payload_of,
+        current: None,
+        window: FuturesOrdered::new(),
+        held: 0,
+        taken: 0,
+    };
     stream::try_unfold(reader, Reader::next)
         .map_ok(|piece| stream::iter(piece.parts()).map(Ok))
         .try_flatten()
 }
 
-struct Reader<M> {
+struct Reader<K, F> {
     store: Arc<dyn ObjectStore>,
     ahead: Ahead,
-    /// Payloads that are not yet read to their end, and how much of each is.
-    waiting: VecDeque<(Arc<Payload<M>>, u64)>,
+    /// What is not yet begun.
+    keys: std::vec::IntoIter<K>,
+    payload_of: F,
+    /// The payload that is not read to its end, and how much of it is.
+    current: Option<(Arc<Payload<K>>, u64)>,
     /// Reads under way or done, in order.
-    window: FuturesOrdered<BoxFuture<'static, Result<Piece<M>, Status>>>,
+    window: FuturesOrdered<BoxFuture<'static, Result<Piece<K>, Status>>>,
     /// Bytes of the window.
     held: u64,
     /// Bytes that have left it.
@@ -111,16 +127,20 @@ struct Reader<M> {
 }
 
 /// Bytes that were read at once.
-struct Piece<M> {
-    payload: Arc<Payload<M>>,
+struct Piece<K> {
+    payload: Arc<Payload<K>>,
     offset: u64,
     data: Bytes,
     permit: Option<OwnedSemaphorePermit>,
 }
 
-impl<M: Send + Sync + 'static> Reader<M> {
-    async fn next(mut self) -> Result<Option<(Piece<M>, Self)>, Status> {
-        while self.window.len() < READ_AHEAD && self.begin() {}
+impl<K, F> Reader<K, F>
+where
+    K: Send + Sync + 'static,
+    F: Fn(K) -> Result<Payload<K>, Status>,
+{
+    async fn next(mut self) -> Result<Option<(Piece<K>, Self)>, Status> {
+        while self.window.len() < READ_AHEAD && self.begin()? {}
         let Some(piece) = self.window.next().await.transpose()? else { return Ok(None) };
         let bytes = piece.data.len() as u64;
         self.held -= bytes;
@@ -129,25 +149,26 @@ impl<M: Send + Sync + 'static> Reader<M> {
     }
 
     /// Begins to read the next piece, if that may be.
-    fn begin(&mut self) -> bool {
-        let Some((payload, offset)) = self.waiting.front_mut() else { return false };
-        let (payload, offset_now) = (Arc::clone(payload), *offset);
-        let rest = payload.total() - offset_now;
-        let Some((bytes, permit)) = room(rest, self.held, self.taken, &self.ahead) else {
-            return false;
+    fn begin(&mut self) -> Result<bool, Status> {
+        let (payload, offset) = match self.current.take() {
+            Some(current) => current,
+            None => match self.keys.next() {
+                Some(key) => (Arc::new((self.payload_of)(key)?), 0),
+                None => return Ok(false),
+            },
         };
-        *offset += bytes;
-        if bytes == rest {
-            self.waiting.pop_front();
+        let rest = payload.total() - offset;
+        let Some((bytes, permit)) = room(rest, self.held, self.taken, &self.ahead) else {
+            self.current = Some((payload, offset));
+            return Ok(false);
+        };
+        if bytes < rest {
+            self.current = Some((Arc::clone(&payload), offset + bytes));
         }
         self.held += bytes;
-        self.window.push_back(Box::pin(read(
-            Arc::clone(&self.store),
-            payload,
-            offset_now..offset_now + bytes,
-            permit,
-        )));
-        true
+        let place = offset..offset + bytes;
+        self.window.push_back(Box::pin(read(Arc::clone(&self.store), payload, place, permit)));
+        Ok(true)
     }
 }
 
@@ -176,12 +197,12 @@ fn room(
     (held == 0).then(|| (rest.min(FREE_BYTES), None))
 }
 
-async fn read<M>(
+async fn read<K>(
     store: Arc<dyn ObjectStore>,
-    payload: Arc<Payload<M>>,
+    payload: Arc<Payload<K>>,
     place: Range<u64>,
     permit: Option<OwnedSemaphorePermit>,
-) -> Result<Piece<M>, Status> {
+) -> Result<Piece<K>, Status> {
     let start = payload.range.start;
     let bytes = store.get_range(&payload.path, start + place.start..start + place.end).await;
     let data = bytes.map_err(|e| status::of_object_store(&payload.what, &e))?;
@@ -193,9 +214,9 @@ async fn read<M>(
     Ok(Piece { payload, offset: place.start, data, permit })
 }
 
-impl<M> Piece<M> {
+impl<K> Piece<K> {
     /// The parts, the room that they take kept until the last is taken.
-    fn parts(self) -> impl Iterator<Item = Part<M>> {
+    fn parts(self) -> impl Iterator<Item = Part<K>> {
         let Self { payload, offset, data, permit } = self;
         let parts = split(&data);
         drop(data);

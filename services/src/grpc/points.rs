@@ -7,7 +7,7 @@ use flaneur_scene::NodeKey;
 use futures::stream::{self, StreamExt, TryStreamExt};
 use tonic::{Request, Response, Status};
 
-use super::octrees::Octree;
+use super::octrees::{Chunk, Octree};
 use super::pieces::{Part, Payload, parts};
 use super::{MessageStream, Services, status};
 use crate::layers::copc::{Page, PageAddress, PageEntry, PageItem};
@@ -65,23 +65,25 @@ impl v1::point_service_server::PointService for Services {
         let octree = self.octrees.open(&scene, layer).await?;
         let mut chunks = Vec::with_capacity(keys.len());
         for key in keys {
-            chunks.push((key, octree.chunk(key).await?));
+            chunks.push(octree.chunk(key).await?);
         }
         let (store, path, _) = super::object(&scene, &layer.file)?;
-        let payload = |(key, (offset, byte_size, point_count))| Payload {
-            path: path.clone(),
-            range: offset..offset + u64::from(byte_size),
-            what: octree.what.clone(),
-            about: (key, point_count),
+        let payload = move |chunk: Chunk| {
+            Ok(Payload {
+                path: path.clone(),
+                range: chunk.offset..chunk.offset + u64::from(chunk.byte_size),
+                what: octree.what.clone(),
+                key: chunk,
+            })
         };
         let source = layer.source.clone();
-        let parts = parts(store, self.ahead.clone(), chunks.into_iter().map(payload).collect());
-        let chunks = parts.map_ok(move |part: Part<(NodeKey, u32)>| {
-            let (key, point_count) = part.payload.about;
+        let chunks = parts(store, self.ahead.clone(), chunks, payload);
+        let chunks = chunks.map_ok(move |part: Part<Chunk>| {
+            let chunk = &part.payload.key;
             v1::PointChunk {
                 source: source.clone(),
-                key: Some(key.into()),
-                point_count,
+                key: Some(chunk.key.into()),
+                point_count: chunk.point_count,
                 total_bytes: part.payload.total(),
                 offset: part.offset,
                 data: part.data,

@@ -28,7 +28,8 @@ use crate::store::Catalog;
 /// How much a server takes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Calls in flight, over all connections; more are refused with RESOURCE_EXHAUSTED.
+    /// Calls in flight, over all connections; more are refused with RESOURCE_EXHAUSTED. One whose
+    /// client takes nothing holds a quarter of a MiB.
     pub calls: usize,
     /// Calls in flight on one connection; more wait.
     pub calls_per_connection: u32,

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use http::Method;
 use http::header::HeaderName;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpSocket};
 use tonic_health::ServingStatus;
 use tower_http::cors::{Any, CorsLayer};
 
@@ -18,6 +18,9 @@ const DRAIN: Duration = Duration::from_secs(10);
 
 /// How often a quiet connection is asked whether it lives, and how long it may take to say so.
 const KEEPALIVE: (Duration, Duration) = (Duration::from_secs(30), Duration::from_secs(20));
+
+/// Connections that may wait to be accepted; systems may grant fewer.
+const BACKLOG: u32 = 4096;
 
 /// Bytes of requests that may be under way unacknowledged, by stream and by connection: requests
 /// are small, and whoever sends more waits. How much of an answer is, its client says.
@@ -58,7 +61,7 @@ impl Server {
         limits: Limits,
     ) -> Result<Self, ServeError> {
         let failed = |source| ServeError::Bind { address, source };
-        let listener = TcpListener::bind(address).await.map_err(failed)?;
+        let listener = listen(address).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let answers = Answers::new(catalog, &limits).await?;
         Ok(Self { listener, address, answers, limits })
@@ -111,6 +114,16 @@ impl Server {
             () = tidying => Ok(()),
         }
     }
+}
+
+/// Listens, with room for as many connections as come at once when all clients come back.
+fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    // As `TcpListener::bind` has it: a restarted server takes its port again, at once.
+    #[cfg(not(windows))]
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
 }
 
 /// Pages of any origin may call: the services are public to whoever reaches the port.
