@@ -89,6 +89,16 @@ impl StreamError {
         }
     }
 
+    /// Whether a server itself said that it cannot do this now, rather than a connection that broke
+    /// or a server that is full.
+    pub(crate) fn is_excuse(&self) -> bool {
+        use tonic::Code::{Aborted, Internal, Unavailable, Unknown};
+        let Self::Status { status, .. } = self else { return false };
+        // What goes wrong on this side, or on the way, has a source.
+        let is_said = std::error::Error::source(&**status).is_none();
+        is_said && matches!(status.code(), Aborted | Internal | Unavailable | Unknown)
+    }
+
     /// Whether what came is not what there is: worth asking for once more.
     pub(crate) fn is_garbage(&self) -> bool {
         match self {

@@ -123,6 +123,17 @@ async fn what_fails_for_a_while_is_asked_for_until_it_does_not() {
     }
 }
 
+/// A server that answers, and says every time that it cannot just now, is not believed for ever.
+#[tokio::test(start_paused = true)]
+async fn an_excuse_that_stays_is_a_refusal() {
+    for code in [Code::Unavailable, Code::Internal] {
+        let fails = move |_| Err(Status::new(code, "not now"));
+        let outcome = stream(connect(liar(usize::MAX, fails)).await).await;
+        assert_eq!((outcome.photographs, outcome.faults.len()), (0, 1), "{code}: {outcome:?}");
+        assert!(outcome.statistics.requests < 20, "{code}: {outcome:?}");
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn what_is_refused_is_said_at_once() {
     for code in [Code::NotFound, Code::PermissionDenied, Code::InvalidArgument] {

@@ -24,6 +24,10 @@ const WAITING: usize = 64;
 /// How long nothing at all may come before someone is told.
 const PATIENCE: Duration = Duration::from_secs(30);
 
+/// How often a server may say of a part that it cannot be had now, in one view: beyond that it is not
+/// the moment that is at fault.
+const MOST_EXCUSES: u32 = 12;
+
 /// What a streamer asks of its driver.
 #[derive(Debug)]
 pub(crate) enum Command {
@@ -80,6 +84,8 @@ pub(crate) struct Driver {
     parked: Vec<(Part, Bytes, bool)>,
     /// How often a part was damaged.
     damages: HashMap<Part, u32>,
+    /// How often a server said that it cannot give a part now.
+    excuses: HashMap<Part, u32>,
     /// Bytes that came and are not used, by part.
     unused: HashMap<Part, u64>,
     heard: Instant,
@@ -116,6 +122,7 @@ impl Driver {
             batch_of: HashMap::new(),
             parked: Vec::new(),
             damages: HashMap::new(),
+            excuses: HashMap::new(),
             unused: HashMap::new(),
             heard: Instant::now(),
             asked_bytes: 0,
@@ -170,6 +177,7 @@ impl Driver {
                 self.asked_bytes = 0;
                 self.plan.forgive();
                 self.damages.clear();
+                self.excuses.clear();
                 if let Some(request) = &self.request {
                     self.motion.note(&request.view, self.heard);
                 }
@@ -361,18 +369,27 @@ impl Driver {
         if error.is_garbage() {
             let damages = self.damages.entry(part.clone()).or_default();
             *damages += 1;
-            if *damages == 1 {
+            // Of several that were asked for together another may be at fault: each is asked for by
+            // itself before it is given up.
+            if *damages == 1 || !single {
                 add(&self.counts.refetched, 1);
-                return self.plan.fail(&part, Verdict::Again);
+                let verdict = if single { Verdict::Again } else { Verdict::Alone };
+                return self.plan.fail(&part, verdict);
             }
         } else if error.is_transient() || matches!(error, StreamError::Cancelled) {
-            add(&self.counts.retries, 1);
-            self.plan.fail(&part, Verdict::Again);
-            if self.heard.elapsed() > PATIENCE {
-                self.heard = Instant::now();
-                self.fault(error);
+            let excuses = self.excuses.entry(part.clone()).or_default();
+            *excuses += u32::from(single && error.is_excuse());
+            if *excuses < MOST_EXCUSES {
+                add(&self.counts.retries, 1);
+                let together = !single && error.is_excuse();
+                let verdict = if together { Verdict::Alone } else { Verdict::Again };
+                self.plan.fail(&part, verdict);
+                if self.heard.elapsed() > PATIENCE {
+                    self.heard = Instant::now();
+                    self.fault(error);
+                }
+                return;
             }
-            return;
         } else if !single {
             return self.plan.fail(&part, Verdict::Alone);
         }
