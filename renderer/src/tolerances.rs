@@ -175,13 +175,13 @@ pub const PYRAMID_M: f64 = 5e-5;
 pub const TILES_IN_VAIN: f64 = 0.1;
 
 /// The logarithm of an exposure gain against f64: one byte of sRGB is 1.7 % of a linear colour in
-/// the middle of its curve, so that [`DECODED_255`] makes 0.6 % of each of the two colours whose
-/// ratio it is. Ordinary devices decode exactly.
+/// the middle of its curve, so that a third of one makes 0.6 % of each of the two colours whose
+/// ratio it is.
 pub const GAIN_LOGARITHM: f64 = 1e-2;
 
-/// A texel of a photograph as the device decodes it, as a byte of sRGB: software devices do so by a
-/// polynomial that is off by up to a third of a byte.
-pub const DECODED_255: f64 = 0.35;
+/// A colour that is decoded, and encoded again in f64, in bytes of sRGB: the polynomial is off by up to
+/// 0.0125, and f32 by less than a hundredth of that.
+pub const DECODED_255: f64 = 0.013;
 
 /// A texel of a level of detail as a byte of sRGB, for each time that it was halved: the four that
 /// it is the mean of are decoded, and the mean is rounded to a byte.

@@ -1,10 +1,11 @@
-//! The weights on the device against their reference.
+//! The weights on the device, and the curve of colours, against their reference.
 
+use flaneur_scene::srgb_from_linear;
 use glam::DVec3;
 
 use super::reference::{edge_weight, feather_weight, mask_weight, park_weight};
 use crate::kernel_tests::run;
-use crate::tolerances::{WEIGHT_ABSOLUTE, WEIGHT_RELATIVE};
+use crate::tolerances::{DECODED_255, WEIGHT_ABSOLUTE, WEIGHT_RELATIVE};
 
 const KERNEL: &str = "
 @group(0) @binding(0) var<storage, read> queries: array<vec4<f32>>;
@@ -60,5 +61,32 @@ fn device_and_reference_agree() {
             let allowed = WEIGHT_RELATIVE * expected + WEIGHT_ABSOLUTE;
             assert!((found - expected).abs() <= allowed, "{found} for {expected} at {share}");
         }
+    }
+}
+
+const DECODE: &str = "
+@group(0) @binding(0) var<storage, read> encoded: array<f32>;
+@group(0) @binding(1) var<storage, read_write> linear: array<f32>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < arrayLength(&encoded) {
+        linear[id.x] = linear_from_srgb(vec3(encoded[id.x])).x;
+    }
+}";
+
+#[test]
+fn colours_are_decoded() {
+    // Every byte, and what filtering makes between two.
+    let encoded: Vec<f32> = (0..=255 * 8).map(|i| i as f32 / (255.0 * 8.0)).collect();
+    let linear: Vec<f32> = run(
+        &[crate::SRGB_WGSL, DECODE].concat(),
+        &[bytemuck::cast_slice(&encoded)],
+        encoded.len(),
+        encoded.len(),
+    );
+    for (encoded, linear) in encoded.into_iter().zip(linear) {
+        let off = (srgb_from_linear(linear.into()) - f64::from(encoded)).abs() * 255.0;
+        assert!(off <= DECODED_255, "{encoded} is off by {off}");
     }
 }
