@@ -35,11 +35,6 @@ impl Holdings {
         self.0.len()
     }
 
-    /// Whether all of it is in the other, too, and the same.
-    pub(crate) fn is_within(&self, other: &Self) -> bool {
-        self.0.iter().all(|(name, digest)| other.0.get(name) == Some(digest))
-    }
-
     /// What is not the same in both: names, at most a few.
     pub(crate) fn difference(&self, other: &Self) -> Vec<String> {
         let names: BTreeSet<_> = self.0.keys().chain(other.0.keys()).collect();
