@@ -33,6 +33,9 @@ pub(crate) struct WantedImage {
     pub(crate) first_level: u32,
     /// How much of the picture it decides, 0 to 1: of all together at most 1.
     pub(crate) share: f64,
+    /// Octaves of the picture that each level lacks of what the view could show, times the share that
+    /// they are lacking in; up to `first_level`.
+    pub(crate) lacking: Vec<f64>,
 }
 
 impl WantedImage {
@@ -56,14 +59,12 @@ impl WantedImage {
         }
     }
 
-    /// The levels that are fetched one after the other: a coarse one, one between where they are far
-    /// apart, and the one that the view asks for.
-    pub(crate) fn steps(&self) -> Vec<u32> {
-        let between = (self.first_level >= self.level + 3).then_some(self.level + 2);
-        let mut steps: Vec<u32> =
-            [Some(self.first_level), between, Some(self.level)].into_iter().flatten().collect();
-        steps.dedup();
-        steps
+    /// The levels that are fetched one after the other: a coarse one, then from a quarter of that on
+    /// each twice as fine as the one before, which costs a fraction of the finest.
+    pub(crate) fn steps(&self) -> impl Iterator<Item = u32> + use<> {
+        let finer = (self.level..self.first_level.saturating_sub(1)).rev();
+        let last = (self.first_level == self.level + 1).then_some(self.level);
+        std::iter::once(self.first_level).chain(finer).chain(last)
     }
 
     /// Pixels of its photographs at `level`.
@@ -148,6 +149,7 @@ impl WantedImage {
                 level: 0,
                 first_level: 0,
                 share: 1.0,
+                lacking: Vec::new(),
             })
         }))
     }
@@ -202,6 +204,7 @@ fn images_of(
             level: level.min(coarsest),
             first_level,
             share: 0.0,
+            lacking: Vec::new(),
         });
     }
     Ok(images)

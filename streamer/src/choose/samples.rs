@@ -53,35 +53,55 @@ impl Samples {
     }
 
     /// Notes in `images` how much of the picture each decides: its weight at every point among the
-    /// weights of all, by the distances of equation 4 of Park et al.
+    /// weights of all, by the distances of equation 4 of Park et al. And what each of its levels
+    /// lacks of the sharpness that the view could show there.
     pub(super) fn set_shares(&self, images: &mut [WantedImage]) {
-        let weights: Vec<Vec<f64>> = images.iter().map(|image| self.weights(image)).collect();
+        let weights: Vec<Vec<Weight>> = images.iter().map(|image| self.weights(image)).collect();
         let mut sums = vec![0.0; self.points.len()];
         for (sum, weight) in weights.iter().flat_map(|of_one| std::iter::zip(0.., of_one)) {
-            sums[sum] += weight;
+            sums[sum] += weight.weight;
         }
+        let count = self.points.len().max(1) as f64;
         for (image, weights) in images.iter_mut().zip(&weights) {
-            let shares = weights.iter().zip(&sums).filter(|(weight, _)| **weight > 0.0);
-            let share: f64 = shares.map(|(weight, sum)| weight / sum).sum();
-            image.share = share / self.points.len().max(1) as f64;
+            let mut lacking = vec![0.0; image.first_level as usize + 1];
+            let mut share = 0.0;
+            for (weight, sum) in weights.iter().zip(&sums).filter(|(w, _)| w.weight > 0.0) {
+                let part = weight.weight / sum / count;
+                share += part;
+                for (level, lacking) in lacking.iter_mut().enumerate() {
+                    *lacking += part * (level as f64 - weight.enough).max(0.0);
+                }
+            }
+            (image.share, image.lacking) = (share, lacking);
         }
     }
 
     /// The weight of an image at each point: that of the photograph of it that sees it.
-    fn weights(&self, image: &WantedImage) -> Vec<f64> {
+    fn weights(&self, image: &WantedImage) -> Vec<Weight> {
         let nearest_2 = NEAREST_M * NEAREST_M;
-        let mut weights = vec![0.0f64; self.points.len()];
+        let mut weights = vec![Weight::default(); self.points.len()];
         for (_, photograph, _) in &image.photographs {
             let eye_2 = photograph.centre.distance_squared(self.eye) + nearest_2;
-            for (weight, (point, _)) in weights.iter_mut().zip(&self.points) {
-                if seen_depth(photograph, *point).is_some() {
-                    let place_2 = photograph.centre.distance_squared(*point) + nearest_2;
-                    *weight = weight.max(1.0 / (place_2 * eye_2));
+            for (weight, (point, density)) in weights.iter_mut().zip(&self.points) {
+                let Some(depth) = seen_depth(photograph, *point) else { continue };
+                let place_2 = photograph.centre.distance_squared(*point) + nearest_2;
+                let found = 1.0 / (place_2 * eye_2);
+                if found > weight.weight {
+                    let sharpness = photograph.lens.intrinsics.fy / depth / density;
+                    *weight = Weight { weight: found, enough: sharpness.log2().max(0.0) };
                 }
             }
         }
         weights
     }
+}
+
+/// What an image says about a point.
+#[derive(Clone, Copy, Debug, Default)]
+struct Weight {
+    weight: f64,
+    /// The level from which on, upwards, it is no sharper than the view.
+    enough: f64,
 }
 
 /// Depth of a point in a photograph, `None` where that does not see it.

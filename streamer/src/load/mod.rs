@@ -91,16 +91,16 @@ impl Loader {
         self.cache.remove(&self.key(part));
     }
 
-    /// Has `parts` brought, all of one kind, each sent to `sink` as it comes, for as long as the
-    /// interest is held.
+    /// Has `parts` brought, all of one kind and about `bytes` long, each sent to `sink` as it comes, for
+    /// as long as the interest is held.
     pub(crate) fn load(
         self: &Arc<Self>,
         parts: Vec<(Part, Target)>,
+        bytes: u64,
         sink: mpsc::UnboundedSender<Landed>,
     ) -> Interest {
         let stop = CancellationToken::new();
         let (this, stopped) = (Arc::clone(self), stop.clone());
-        let bytes = parts.iter().map(|(_, target)| expected(target).map_or(0, |e| e.length)).sum();
         // At once: who asks next must see that there is less room.
         let place = InWindow::new(self, bytes);
         tokio::spawn(async move {

@@ -127,17 +127,26 @@ impl Plan {
     }
 
     /// What to ask for next, at most `most_bytes` at once where it is more than one part; `None` where
-    /// all is there or under way. What is only wanted ahead comes when nothing else does.
+    /// all is there or under way. Nothing but what is to be known waits behind what a complete
+    /// picture takes, and what is only wanted ahead comes when nothing else does.
     pub(crate) fn next(&mut self, most_bytes: u64) -> Option<Batch> {
         let busy = !self.flying.is_empty();
-        let missing: Vec<&Want> = self
-            .wishes
-            .wants
-            .iter()
-            .filter(|want| self.is_missing(want) && !self.flying.contains_key(&want.part))
-            .filter(|want| !(busy && want.stage == Stage::Ahead))
-            .take(512)
-            .collect();
+        let mut incomplete = self.wishes.open;
+        let mut missing: Vec<&Want> = Vec::new();
+        for want in self.wishes.wants.iter().filter(|want| self.is_missing(want)) {
+            incomplete |= want.stage == Stage::First;
+            let waits = match want.stage {
+                Stage::First => false,
+                Stage::Detail => incomplete && !want.part.is_survey(),
+                Stage::Ahead => busy || incomplete,
+            };
+            if !waits && !self.flying.contains_key(&want.part) {
+                missing.push(want);
+            }
+            if missing.len() == 512 {
+                break;
+            }
+        }
         let by_itself = missing.first().filter(|want| self.alone.contains(&want.part));
         let missing: Vec<&Want> = match by_itself {
             Some(want) => vec![want],

@@ -224,7 +224,7 @@ impl Driver {
     fn ask(&mut self) {
         while self.request.is_some() && self.outbox.len() < WAITING {
             let Some(room) = self.loader.room() else { return };
-            let Some(Batch { id, parts, .. }) = self.plan.next(room) else { return };
+            let Some(Batch { id, parts, bytes }) = self.plan.next(room) else { return };
             let single = parts.len() == 1;
             let left = parts.len();
             self.batch_of.extend(parts.iter().map(|part| (part.clone(), id)));
@@ -232,7 +232,7 @@ impl Driver {
                 let target = self.targets.get(&part).cloned().unwrap_or(Target::Named);
                 (part, target)
             });
-            let interest = self.loader.load(wanted.collect(), self.landed.0.clone());
+            let interest = self.loader.load(wanted.collect(), bytes, self.landed.0.clone());
             self.open.insert(id, Open { _interest: interest, left, single });
         }
     }

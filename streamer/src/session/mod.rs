@@ -61,7 +61,7 @@ async fn one(
     context: Context,
 ) -> Result<Understood, StreamError> {
     let (sink, mut landed) = mpsc::unbounded_channel();
-    let _interest = loader.load(vec![(part.clone(), target.clone())], sink);
+    let _interest = loader.load(vec![(part.clone(), target.clone())], 0, sink);
     let payload = landed.recv().await.map_or(Err(StreamError::Cancelled), |one| one.payload)?;
     let what = target.name();
     let decode = move || understand(&part, &target, &payload, &context);

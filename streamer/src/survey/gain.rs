@@ -2,11 +2,16 @@
 //! order.
 
 use flaneur_scene::View;
+use glam::DVec2;
 
 use crate::choose::{WantedImage, WantedNode};
 
 /// Octaves of a picture that the first level of an image brings: from its mean colour on.
 const FIRST_OCTAVES: f64 = 6.0;
+/// What a tile of mesh shows of itself: so wide and high, metres.
+const TILE_M: DVec2 = DVec2::new(64.0, 12.0);
+/// Octaves of a picture that mesh brings where there is nothing else to project photographs onto.
+const TILE_OCTAVES: f64 = 2.0;
 /// Octaves of depth that the coarsest points bring: what stands there at all.
 const COARSEST_OCTAVES: f64 = 4.0;
 /// What points gain where no parallax shows, as a share: what hides what.
@@ -16,11 +21,22 @@ const UNSEEN: f64 = 0.1;
 /// From the eye to a photograph, metres, where there is none.
 const NO_PHOTOGRAPH_M: f64 = 50.0;
 
-/// Of an image: its share of the picture times the octaves from the level `from` to the level `to`;
-/// `None` for an image of which nothing is there.
+/// Of an image: the octaves that the level `to` adds to the level `from` where the view can show
+/// them, times the share of the picture; `None` for an image of which nothing is there.
 pub(super) fn of_image(image: &WantedImage, from: Option<u32>, to: u32) -> f64 {
-    let octaves = from.map_or(FIRST_OCTAVES, |from| f64::from(from.saturating_sub(to)));
-    image.share * octaves
+    let lacking = |level: u32| image.lacking.get(level as usize).copied().unwrap_or(0.0);
+    match from {
+        None => image.share * FIRST_OCTAVES,
+        Some(from) => lacking(from) - lacking(to),
+    }
+}
+
+/// Of a tile of mesh `distance_m` away: the share of the picture that it covers, as a front of a
+/// street does.
+pub(super) fn of_tile(distance_m: f64, view: &View) -> f64 {
+    let density = view.pixels_a_metre(distance_m.max(1.0));
+    let size = view.size().as_dvec2();
+    (TILE_M.x * TILE_M.y * density * density / (size.x * size.y)).min(1.0) * TILE_OCTAVES
 }
 
 /// Of a node: the share of the picture that its points cover, times how far they displace

@@ -22,8 +22,11 @@ const BUILDINGS_BYTES: u64 = 4 << 10;
 /// And a whole tile of terrain, and what is left of it however coarse.
 const GROUND_BYTES: u64 = 5 << 10;
 const LEAST_GROUND_BYTES: u64 = 64;
-/// What a tile of mesh gains that the view does not see: it hides things from photographs.
-const UNSEEN_TILE: f64 = 1e-3;
+/// What a tile of mesh gains that the view does not see, as a share: it hides things from
+/// photographs.
+const UNSEEN_TILE: f64 = 0.02;
+/// Mesh in sight within this distance belongs to a complete picture, metres.
+const FIRST_MESH_M: f64 = 120.0;
 
 /// What it takes to fetch and decode a part.
 #[derive(Clone, Debug)]
@@ -129,8 +132,10 @@ impl<'a> List<'a> {
 
     fn tiles(&mut self) {
         for tile in choose_tiles(&self.survey.scene, self.request) {
-            let (stage, gain) =
-                if tile.seen { (Stage::First, 1.0) } else { (Stage::Detail, UNSEEN_TILE) };
+            let seen = if tile.seen { 1.0 } else { UNSEEN_TILE };
+            let gain = seen * gain::of_tile(tile.distance_m, &self.request.view);
+            let is_first = tile.seen && tile.distance_m <= FIRST_MESH_M;
+            let stage = if is_first { Stage::First } else { Stage::Detail };
             let bytes = match tile.key.layer {
                 TileLayer::Footprints => BUILDINGS_BYTES,
                 TileLayer::Ground => {
@@ -139,8 +144,6 @@ impl<'a> List<'a> {
             };
             self.wishes.tiles.insert(tile.key);
             let part = Part::Mesh { key: tile.key, step: tile.step };
-            // The nearest first, whichever layer.
-            let gain = gain * bytes as f64 / (1.0 + tile.distance_m);
             self.want(part, Target::Named, stage, bytes, gain, tile.distance_m);
         }
     }
