@@ -15,7 +15,7 @@ use super::samples::Samples;
 use crate::FetchLimits;
 
 /// Longest side of the level that is shown until the finer one has come, pixels.
-const FIRST_SIDE_PX: u32 = 160;
+const FIRST_SIDE_PX: u32 = 100;
 
 /// A stored image to be shown: one photograph, or several faces of one sphere.
 #[derive(Clone, Debug)]
@@ -59,12 +59,10 @@ impl WantedImage {
         }
     }
 
-    /// The levels that are fetched one after the other: a coarse one, then from a quarter of that on
-    /// each twice as fine as the one before, which costs a fraction of the finest.
+    /// The levels that are fetched one after the other: all from the coarse one on, as each costs a
+    /// fraction of the next.
     pub(crate) fn steps(&self) -> impl Iterator<Item = u32> + use<> {
-        let finer = (self.level..self.first_level.saturating_sub(1)).rev();
-        let last = (self.first_level == self.level + 1).then_some(self.level);
-        std::iter::once(self.first_level).chain(finer).chain(last)
+        (self.level..=self.first_level).rev()
     }
 
     /// Pixels of its photographs at `level`.

@@ -21,9 +21,9 @@ use tonic::{Response, Status};
 
 pub(crate) use payload::Payloads;
 
+use crate::StreamError;
 use crate::servers::{Servers, Turn};
 use crate::traffic::Traffic;
-use crate::StreamError;
 use incoming::{Incoming, STALL};
 
 /// Calls under way at once; further ones wait their turn.
@@ -106,7 +106,10 @@ impl Client {
     }
 
     /// The footprints that meet `region`, without attributes, in the order of the service.
-    pub(crate) async fn footprints(&self, region: Region) -> Result<Vec<v1::Footprint>, StreamError> {
+    pub(crate) async fn footprints(
+        &self,
+        region: Region,
+    ) -> Result<Vec<v1::Footprint>, StreamError> {
         let call = "StreamFootprints";
         let request = v1::StreamFootprintsRequest {
             geometry_only: true,

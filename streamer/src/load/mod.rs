@@ -156,9 +156,9 @@ impl Loader {
         let cancel = CancellationToken::new();
         let request = Arc::new(cancel.clone().drop_guard());
         for (part, target) in parts {
-            let under_way = flights.get(&part).and_then(|flight| {
-                Some((flight.request.upgrade()?, flight.payload.clone()))
-            });
+            let under_way = flights
+                .get(&part)
+                .and_then(|flight| Some((flight.request.upgrade()?, flight.payload.clone())));
             if let Some((request, payload)) = under_way {
                 place.skip(&target);
                 alive.push(request);

@@ -9,12 +9,12 @@ use flaneur_scene::{Bounds2, Footprint, Panorama, Region, SceneInfo, TileLayer};
 use prost::Message;
 
 use super::expected;
+use crate::StreamError;
 use crate::choose::{District, FootprintGrid, district_bounds, district_of};
 use crate::client::Client;
 use crate::decode::damaged;
 use crate::plan::Part;
 use crate::survey::Target;
-use crate::StreamError;
 
 /// Largest stored file that is taken.
 const MAX_BYTES: u64 = 1 << 30;
@@ -111,8 +111,8 @@ async fn panoramas(
     }
     let mut messages = client.open_panoramas(Region::Box(around)).await?;
     while let Some(message) = messages.next().await? {
-        let panorama = Panorama::try_from(message.clone())
-            .map_err(StreamError::field(messages.call()))?;
+        let panorama =
+            Panorama::try_from(message.clone()).map_err(StreamError::field(messages.call()))?;
         let district = district_of(panorama.position.truncate());
         // Those on the border of the region may be another district's.
         if let Some(bytes) = district.and_then(|district| found.get_mut(&district)) {
@@ -139,8 +139,8 @@ async fn footprints(
         include(&mut around, &FootprintGrid::bounds(*key));
     }
     for message in client.footprints(Region::Box(around)).await? {
-        let footprint = Footprint::try_from(message.clone())
-            .map_err(StreamError::field("StreamFootprints"))?;
+        let footprint =
+            Footprint::try_from(message.clone()).map_err(StreamError::field("StreamFootprints"))?;
         let key = FootprintGrid::key(&footprint);
         if let Some(tile) = key.and_then(|key| found.get_mut(&key)) {
             tile.footprints.push(message);

@@ -315,10 +315,13 @@ impl Plan {
         let serves = |held: u32, wanted: u32| held == wanted || (!want.exact && held < wanted);
         match &want.part {
             part if part.is_survey() => !self.known.contains(part),
-            Part::Mesh { key, step } => !self.steps.get(key).is_some_and(|&held| serves(held, *step)),
-            Part::Image { level, .. } => !want.photographs.iter().all(|id| {
-                self.held.images.get(id).is_some_and(|&(held, _)| serves(held, *level))
-            }),
+            Part::Mesh { key, step } => {
+                !self.steps.get(key).is_some_and(|&held| serves(held, *step))
+            }
+            Part::Image { level, .. } => !want
+                .photographs
+                .iter()
+                .all(|id| self.held.images.get(id).is_some_and(|&(held, _)| serves(held, *level))),
             Part::Node(id) => {
                 let normals = self.held.points.get(id).map(|(_, normals)| *normals);
                 !normals.is_some_and(|held| held.is_none_or(|n| n == self.wishes.normals))

@@ -145,10 +145,17 @@ impl Receiver {
                     let before = self.held.images.get(&image.id);
                     let wanted = plan.wishes.images.contains(&image.id);
                     prop_assert!(wanted, "nobody wants {}", image.id);
-                    prop_assert!(before.is_none_or(|(level, _)| *level != image.level), "sent twice");
+                    prop_assert!(
+                        before.is_none_or(|(level, _)| *level != image.level),
+                        "sent twice"
+                    );
                 }
                 SceneUpdate::Points(chunk) => {
-                    prop_assert!(!self.held.nodes.contains(&chunk.id), "an overlap: {:?}", chunk.id);
+                    prop_assert!(
+                        !self.held.nodes.contains(&chunk.id),
+                        "an overlap: {:?}",
+                        chunk.id
+                    );
                     let above = chunk.id.key.parent().map(|key| PointNodeId { key, ..chunk.id });
                     let whole = above.is_none_or(|above| {
                         self.held.nodes.contains(&above) || plan.lost.contains(&Part::Node(above))

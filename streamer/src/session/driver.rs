@@ -275,11 +275,13 @@ impl Driver {
             normals: self.request.as_ref().is_some_and(|request| request.normals),
         };
         let needed = match (&part, &target) {
-            (Part::Image { .. }, Target::Image(image, _)) => image.rig_camera().mask.as_ref().map(|mask| {
-                let name: Arc<str> = mask.name.as_str().into();
-                context.mask = self.survey.masks.get(&name).cloned();
-                (context.mask.is_some(), Part::Mask(name))
-            }),
+            (Part::Image { .. }, Target::Image(image, _)) => {
+                image.rig_camera().mask.as_ref().map(|mask| {
+                    let name: Arc<str> = mask.name.as_str().into();
+                    context.mask = self.survey.masks.get(&name).cloned();
+                    (context.mask.is_some(), Part::Mask(name))
+                })
+            }
             (Part::Node(id), _) => {
                 context.track = self.survey.tracks.get(&id.source).cloned();
                 Some((context.track.is_some(), Part::Stations(id.source)))

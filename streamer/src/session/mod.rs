@@ -6,13 +6,13 @@ mod statistics;
 mod understand;
 
 pub(crate) use driver::{Command, Driver};
-pub use statistics::Statistics;
 pub(crate) use statistics::Counts;
+pub use statistics::Statistics;
 
 use std::sync::Arc;
 
-use flaneur_scene::{IdError, ImageId, ImageUpdate, Panorama, SceneUpdate};
 use flaneur_proto::FieldError;
+use flaneur_scene::{IdError, ImageId, ImageUpdate, Panorama, SceneUpdate};
 use tokio::sync::mpsc;
 
 use crate::StreamError;

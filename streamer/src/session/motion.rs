@@ -30,9 +30,8 @@ impl Motion {
         if let Some((at, before)) = self.last.replace((now, eye)) {
             let passed = now.duration_since(at);
             let velocity = (eye - before) / passed.as_secs_f64().max(1e-3);
-            self.velocity = (passed <= PAUSE && velocity.length() < SPEEDS_M_S.end).then(|| {
-                self.velocity.map_or(velocity, |usual| usual.lerp(velocity, NEWEST))
-            });
+            self.velocity = (passed <= PAUSE && velocity.length() < SPEEDS_M_S.end)
+                .then(|| self.velocity.map_or(velocity, |usual| usual.lerp(velocity, NEWEST)));
         }
     }
 

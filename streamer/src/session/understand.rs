@@ -13,7 +13,9 @@ use prost::Message;
 use crate::StreamError;
 use crate::choose::{FootprintGrid, WantedImage};
 use crate::client::{HierarchyEntry, entries};
-use crate::decode::{Mask, Picture, Track, cube_face, damaged, decode_mask, decode_picture, decode_points};
+use crate::decode::{
+    Mask, Picture, Track, cube_face, damaged, decode_mask, decode_picture, decode_points,
+};
 use crate::plan::Part;
 use crate::survey::Target;
 
@@ -55,13 +57,15 @@ pub(super) fn understand(
         (Part::Panoramas(_), _) => panoramas(payload).map(Understood::Panoramas),
         (Part::Page(_), _) => {
             let field = StreamError::field("GetHierarchy");
-            let page = v1::HierarchyPage::decode(payload).map_err(|e| unreadable(&e)).map_err(&field)?;
+            let page =
+                v1::HierarchyPage::decode(payload).map_err(|e| unreadable(&e)).map_err(&field)?;
             entries(page).map(Understood::Page).map_err(field)
         }
         (Part::Stations(_), _) => {
             let field = StreamError::field("GetStations");
             let message = v1::Stations::decode(payload).map_err(|e| field(unreadable(&e)))?;
-            let found = Vec::<Station>::try_from(message).map_err(|e| field(e.within("stations")))?;
+            let found =
+                Vec::<Station>::try_from(message).map_err(|e| field(e.within("stations")))?;
             Ok(Understood::Stations(Arc::new(Track::through(&found))))
         }
         (Part::Mask(_), _) => {
@@ -85,8 +89,7 @@ pub(super) fn understand(
             else {
                 return Err(damaged(target.name(), "its point source is not known"));
             };
-            let chunk =
-                decode_points(source, *id, &wanted.node, payload, track, context.normals)?;
+            let chunk = decode_points(source, *id, &wanted.node, payload, track, context.normals)?;
             Ok(Understood::Shown(vec![SceneUpdate::Points(Arc::new(chunk))]))
         }
         (Part::Image { .. } | Part::Node(_), _) => {
@@ -116,8 +119,12 @@ fn panoramas(mut payload: &[u8]) -> Result<Vec<Arc<Panorama>>, StreamError> {
 fn buildings(key: TileKey, payload: &[u8], scene: &SceneInfo) -> Result<MeshTile, StreamError> {
     let field = StreamError::field("StreamFootprints");
     let batch = v1::FootprintBatch::decode(payload).map_err(|e| field(unreadable(&e)))?;
-    let mut footprints =
-        batch.footprints.into_iter().map(Footprint::try_from).collect::<Result<Vec<_>, _>>().map_err(field)?;
+    let mut footprints = batch
+        .footprints
+        .into_iter()
+        .map(Footprint::try_from)
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(field)?;
     FootprintGrid::sort(&mut footprints);
     let middle = FootprintGrid::bounds(key).min + 0.5 * FootprintGrid::TILE_M;
     let origin = middle.extend(scene.origin.z);

@@ -13,7 +13,13 @@ const TILE_M: DVec2 = DVec2::new(64.0, 12.0);
 /// Octaves of a picture that mesh brings where there is nothing else to project photographs onto.
 const TILE_OCTAVES: f64 = 2.0;
 /// Octaves of depth that the coarsest points bring: what stands there at all.
-const COARSEST_OCTAVES: f64 = 4.0;
+const COARSEST_OCTAVES: f64 = 1.5;
+/// What an octave of depth counts beside an octave of a photograph. From walks over a synthetic street
+/// and one in Paris: between a half and 1 both reach a similarity of 0.9 after the fewest
+/// bytes.
+const POINTS: f64 = 0.7;
+/// A point shows no more than so much around it, metres.
+const LARGEST_SPLAT_M: f64 = 0.5;
 /// What points gain where no parallax shows, as a share: what hides what.
 const LEAST_PARALLAX: f64 = 0.02;
 /// What points gain that the view does not see, as a share: they hide things from photographs.
@@ -46,10 +52,11 @@ pub(super) fn of_node(wanted: &WantedNode, view: &View, baseline_m: Option<f64>)
     let density = view.pixels_a_metre(distance);
     let size = view.size().as_dvec2();
     let spacing_px = wanted.spacing_m * density;
-    let covered = f64::from(wanted.node.point_count) * spacing_px * spacing_px / (size.x * size.y);
+    let shown_px = wanted.spacing_m.min(LARGEST_SPLAT_M) * density;
+    let covered = f64::from(wanted.node.point_count) * shown_px * shown_px / (size.x * size.y);
     let baseline = baseline_m.unwrap_or(NO_PHOTOGRAPH_M);
     let parallax_px = spacing_px * baseline / (distance + baseline);
     let octaves = if wanted.id.key.level <= 1 { COARSEST_OCTAVES } else { 1.0 };
     let seen = if wanted.seen { 1.0 } else { UNSEEN };
-    covered.min(1.0) * parallax_px.clamp(LEAST_PARALLAX, 1.0) * octaves * seen
+    covered.min(1.0) * parallax_px.clamp(LEAST_PARALLAX, 1.0) * octaves * seen * POINTS
 }

@@ -8,9 +8,7 @@ use flaneur_scene::{IdError, ImageId, PointNodeId, StoredImage, TileLayer};
 
 use super::{Candidates, Survey, gain};
 use crate::ViewRequest;
-use crate::choose::{
-    WantedImage, WantedNode, choose_nodes, choose_photographs, choose_tiles,
-};
+use crate::choose::{WantedImage, WantedNode, choose_nodes, choose_photographs, choose_tiles};
 use crate::plan::{Part, Stage, Want, Wishes};
 
 /// A complete picture is decided by the first images up to this share.
@@ -125,7 +123,14 @@ impl<'a> List<'a> {
         ];
         for (stage, districts) in missing {
             for &district in districts {
-                self.want(Part::Panoramas(district), Target::Named, stage, PANORAMAS_BYTES, 0.0, 0.0);
+                self.want(
+                    Part::Panoramas(district),
+                    Target::Named,
+                    stage,
+                    PANORAMAS_BYTES,
+                    0.0,
+                    0.0,
+                );
             }
         }
     }
@@ -151,8 +156,7 @@ impl<'a> List<'a> {
     fn images(&mut self, candidates: &Candidates) -> Result<(), IdError> {
         let request = self.request;
         let (view, limits, excluded) = (&request.view, &request.limits, &*request.excluded);
-        let mut images =
-            choose_photographs(candidates.panoramas.clone(), view, limits, excluded)?;
+        let mut images = choose_photographs(candidates.panoramas.clone(), view, limits, excluded)?;
         images.sort_by(|a, b| b.share.total_cmp(&a.share));
         let (all, mut decided): (f64, f64) = (images.iter().map(|image| image.share).sum(), 0.0);
         for image in images {
@@ -182,12 +186,16 @@ impl<'a> List<'a> {
         for level in image.steps() {
             let Some(stored) = camera.levels.get(level as usize) else { continue };
             let gain = gain::of_image(image, from, level);
-            let part = Part::Image {
-                panorama: Arc::clone(&panorama),
-                camera: image.camera as u16,
-                level,
-            };
-            self.want(part, Target::Image(image.clone(), level), stage, stored.bytes, gain, distance_m);
+            let part =
+                Part::Image { panorama: Arc::clone(&panorama), camera: image.camera as u16, level };
+            self.want(
+                part,
+                Target::Image(image.clone(), level),
+                stage,
+                stored.bytes,
+                gain,
+                distance_m,
+            );
             if let Some(want) = self.wishes.wants.last_mut() {
                 want.photographs = Arc::clone(&photographs);
                 want.exact = self.exact && level == image.level;
@@ -206,7 +214,8 @@ impl<'a> List<'a> {
         let baseline_m = candidates.nearest_m(self.request.view.eye().truncate());
         for wanted in chosen.wanted {
             let source = wanted.id.source;
-            if !survey.tracks.contains_key(&source) && !self.targets.contains_key(&Part::Stations(source))
+            if !survey.tracks.contains_key(&source)
+                && !self.targets.contains_key(&Part::Stations(source))
             {
                 let part = Part::Stations(source);
                 self.want(part, Target::Named, Stage::Detail, PAGE_BYTES, 0.0, 0.0);

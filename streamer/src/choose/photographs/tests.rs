@@ -130,5 +130,7 @@ fn the_first_level_is_small_and_never_finer_than_the_wanted_one() {
         &FetchLimits::default(),
     );
     let levels: Vec<_> = wanted.iter().map(|w| (w.level, w.first_level)).collect();
-    assert_eq!(levels, [(0, 3), (0, 0)]);
+    assert_eq!(levels, [(0, 4), (0, 0)]);
+    let steps: Vec<u32> = wanted[0].steps().collect();
+    assert_eq!(steps, [4, 3, 2, 1, 0]);
 }
