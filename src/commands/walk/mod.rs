@@ -52,9 +52,9 @@ through a proxy in this process, by TCP and HTTP/2. Bandwidth and latency hold e
 answer takes twice the latency at least, and so does setting the connection up. Loss, slow start and
 TLS are not modelled.
 
-Time zero is when connecting begins. Before it the graphics device is opened, and the renderer draws a
-few made-up surfaces at the walk's size, so that every shader is compiled. The first picture is the
-first frame after the base mesh and a coarse level of every photograph have come; before, nothing
+Time zero is when connecting begins. Before it the graphics device is opened, and the first view is
+loaded past the proxy and drawn, so that every shader is compiled; nothing of it is kept, but by
+the server and the system, which may have it in memory. The first picture is the first frame after the base mesh and a coarse level of every photograph have come; before, nothing
 is drawn. A frame is kept every 0.1 s at first, every twentieth of the time that has passed, and at
 least every second, in the system's temporary folder. After the walk, past the proxy, each is compared
 with the frame of the same view with everything it wants: ms_to_ssim_090 and ms_to_ssim_095 are when
@@ -118,10 +118,9 @@ pub(crate) async fn run(arguments: WalkArguments, context: &Context) -> Result<(
         let gpu = tokio::task::spawn_blocking(Gpu::new);
         let link = Link::open(&arguments.source, conditions).await?;
         let gpu = gpu.await??;
-        let renderer = tokio::task::block_in_place(|| {
-            let mut renderer = Renderer::with_settings(&gpu, settings);
-            warm::warm_up(&mut renderer, &route.view(0.0)).map(|()| renderer)
-        })?;
+        let mut renderer = Renderer::with_settings(&gpu, settings);
+        let (direct, first) = (link.direct().await?, route.view(0.0));
+        warm::warm_up(&mut renderer, &direct, &first, limits, &context.cancel).await?;
         Ok::<_, Exit>((link, gpu, renderer))
     };
     let (link, gpu, renderer) = tokio::select! {
