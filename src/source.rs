@@ -5,7 +5,7 @@ use std::time::Duration;
 use flaneur_renderer::Applied;
 use flaneur_scene::SceneInfo;
 use flaneur_services::store::{Catalog, Store, StoreError};
-use flaneur_streamer::{Client, Events, StreamError, Streamer};
+use flaneur_streamer::{Client, Events, StreamError, StreamOptions, Streamer};
 use tonic::transport::{Channel, Endpoint};
 use url::Url;
 
@@ -81,8 +81,14 @@ impl Source {
 
     /// A streamer of one scene: the one that was named, or the only one.
     pub(crate) async fn streamer(&self) -> Result<Streamer, Exit> {
+        self.streamer_with(StreamOptions::default()).await
+    }
+
+    /// The same with other than the default options.
+    pub(crate) async fn streamer_with(&self, options: StreamOptions) -> Result<Streamer, Exit> {
         let scene = self.scene_name().await?;
-        Streamer::connect(self.channel.clone(), &scene).await.map_err(stream_exit)
+        let servers = self.channel.clone();
+        Streamer::connect_with(servers, &scene, options).await.map_err(stream_exit)
     }
 
     /// The name of the scene that was named, or of the only one.

@@ -312,8 +312,11 @@ async fn what_came_before_a_client_was_closed_is_not_fetched_again() {
     assert!(statistics.bytes_received < scene.bytes * 3 / 4, "{statistics:?} of {}", scene.bytes);
 }
 
+/// What becomes of a file; `None` where it is gone.
+type Decay = fn(Vec<u8>) -> Option<Vec<u8>>;
+
 /// What may happen to a file: a byte in its middle changes, its second half is lost, it is gone.
-fn decay() -> [(&'static str, fn(Vec<u8>) -> Option<Vec<u8>>); 3] {
+fn decay() -> [(&'static str, Decay); 3] {
     let flipped = |mut bytes: Vec<u8>| {
         let middle = bytes.len() / 2;
         bytes[middle] ^= 0x10;

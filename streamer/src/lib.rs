@@ -17,7 +17,8 @@ mod survey;
 mod traffic;
 
 pub use cache::{CacheError, CacheOptions, CacheStatistics, DiskOptions, Rank, SegmentedLru};
-pub use client::Client;
+pub use choose::{ChosenNodes, Hierarchy, WantedNode, choose_nodes};
+pub use client::{Client, HierarchyEntry};
 pub use error::StreamError;
 pub use event::{Event, Progress};
 pub use limits::FetchLimits;

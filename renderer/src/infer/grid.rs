@@ -9,7 +9,7 @@ use crate::{Gpu, memory};
 /// Pixels a side of the smallest cells.
 const MIN_STEP: u32 = 4;
 /// Cells of several hypotheses are as large as it takes for this many to cover a picture: of 1024×512
-/// pixels those of 8 pixels, which infer as good a picture as those of 4 do in a third of the time …
+/// pixels those of 8 pixels, which infer as good a picture as those of 4 do in half of the time …
 const MAX_CELLS: u32 = 1 << 14;
 /// … and those of one depth, which takes less.
 const MAX_CELLS_ALONE: u32 = 1 << 16;

@@ -11,9 +11,9 @@ mod warm;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use flaneur_renderer::{Gpu, Renderer, Settings};
-use flaneur_streamer::FetchLimits;
+use flaneur_streamer::{FetchLimits, Order};
 use tokio_util::sync::CancellationToken;
 
 use super::Context;
@@ -83,6 +83,10 @@ pub(crate) struct WalkArguments {
     /// How fast to walk between views without times, metres a second
     #[arg(long, value_name = "M/S", default_value = "1.4", value_parser = parse_speed)]
     speed: f64,
+    /// What is fetched first: what lowers the expected error of the picture most a byte, or what is
+    /// nearest
+    #[arg(long, value_enum, default_value_t = OrderName::ExpectedError)]
+    order: OrderName,
     /// Vertical field of view in degrees, of views without one
     #[arg(long, default_value = "60", value_parser = parse_fov)]
     fov: f64,
@@ -97,6 +101,22 @@ pub(crate) struct WalkArguments {
     /// The figures, and quality against bytes and time, as one page
     #[arg(long, value_name = "FILE.html")]
     html: Option<PathBuf>,
+}
+
+/// An [`Order`] by its name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum OrderName {
+    ExpectedError,
+    NearestFirst,
+}
+
+impl From<OrderName> for Order {
+    fn from(name: OrderName) -> Self {
+        match name {
+            OrderName::ExpectedError => Self::ExpectedError,
+            OrderName::NearestFirst => Self::NearestFirst,
+        }
+    }
 }
 
 /// Walks, compares, writes the report, prints the figures.
@@ -128,7 +148,7 @@ pub(crate) async fn run(arguments: WalkArguments, context: &Context) -> Result<(
         prepared = prepare => prepared?,
     };
     let mut stroll = Stroll::new(&route, limits, renderer, Kept::new()?);
-    let mut outcome = stroll.walk(&link, context).await;
+    let mut outcome = stroll.walk(&link, arguments.order.into(), context).await;
     let mut walked = stroll.into_walked();
     let [down, up] = link.carried();
     (walked.profile.tcp_bytes_down, walked.profile.tcp_bytes_up) = (down, up);

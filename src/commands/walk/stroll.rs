@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use flaneur_renderer::{Frame, Renderer};
 use flaneur_scene::{SceneUpdate, View};
 use flaneur_services::ingest::{Progress, Stage, Unit};
-use flaneur_streamer::{FetchLimits, Statistics, ViewRequest};
+use flaneur_streamer::{FetchLimits, Order, Statistics, StreamOptions, ViewRequest};
 
 use super::feed::Feed;
 use super::kept::{Kept, Shown};
@@ -90,12 +90,18 @@ impl<'a> Stroll<'a> {
     }
 
     /// Connects and walks to the end. What was measured until an error is there all the same.
-    pub(super) async fn walk(&mut self, link: &Link, context: &Context) -> Result<(), Exit> {
+    pub(super) async fn walk(
+        &mut self,
+        link: &Link,
+        order: Order,
+        context: &Context,
+    ) -> Result<(), Exit> {
         let stage = context.console.stage("walk", 0, Unit::Bytes);
         let connect = async {
             let source = link.throttled().await?;
             self.walked.profile.connected_ms = Some(self.ms());
-            let streamer = source.streamer().await?;
+            let options = StreamOptions { order, ..StreamOptions::default() };
+            let streamer = source.streamer_with(options).await?;
             self.walked.profile.scene_ms = Some(self.ms());
             Ok::<_, Exit>(streamer)
         };

@@ -15,7 +15,7 @@ const NONE: u32 = u32::MAX;
 /// The parts of all sources' hierarchies that have been loaded, in an arena: going down costs no
 /// look-up.
 #[derive(Debug, Default)]
-pub(crate) struct Hierarchy {
+pub struct Hierarchy {
     cells: Vec<Cell>,
     by_id: HashMap<PointNodeId, u32>,
 }
@@ -33,7 +33,7 @@ pub(super) struct Index(u32);
 
 impl Hierarchy {
     /// Adds the page whose root is `page`. An error names an entry outside of it.
-    pub(crate) fn insert(
+    pub fn insert(
         &mut self,
         page: PointNodeId,
         entries: Vec<HierarchyEntry>,

@@ -13,7 +13,7 @@ mod tiles;
 pub(crate) use districts::{
     DISTRICT_M, District, district_bounds, district_of, districts_around, districts_in,
 };
-pub(crate) use hierarchy::Hierarchy;
-pub(crate) use nodes::{WantedNode, choose_nodes};
+pub use hierarchy::Hierarchy;
+pub use nodes::{ChosenNodes, WantedNode, choose_nodes};
 pub(crate) use photographs::{WantedImage, choose_photographs};
 pub(crate) use tiles::{FootprintGrid, choose_tiles};

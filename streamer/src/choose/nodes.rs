@@ -22,26 +22,26 @@ const HALF_DIAGONAL: f64 = 0.866_025_403_784_438_6;
 
 /// A node to be shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct WantedNode {
+pub struct WantedNode {
     /// Which.
-    pub(crate) id: PointNodeId,
+    pub id: PointNodeId,
     /// Its size.
-    pub(crate) node: Node,
+    pub node: Node,
     /// From the eye to the middle of its cell, metres.
-    pub(crate) distance_m: f64,
+    pub distance_m: f64,
     /// Between its points, metres.
-    pub(crate) spacing_m: f64,
+    pub spacing_m: f64,
     /// Whether the view may see something of it.
-    pub(crate) seen: bool,
+    pub seen: bool,
 }
 
 /// What a view wants of the points, as far as that is known.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct ChosenNodes {
+pub struct ChosenNodes {
     /// Most important first.
-    pub(crate) wanted: Vec<WantedNode>,
+    pub wanted: Vec<WantedNode>,
     /// Pages that must be loaded before more is known.
-    pub(crate) missing: Vec<PointNodeId>,
+    pub missing: Vec<PointNodeId>,
 }
 
 /// The nodes that a view wants, most important first.
@@ -57,7 +57,7 @@ pub(crate) struct ChosenNodes {
 /// goes at a threshold.
 ///
 /// [`FetchLimits::point_spacing_px`]: crate::FetchLimits::point_spacing_px
-pub(crate) fn choose_nodes(
+pub fn choose_nodes(
     hierarchy: &Hierarchy,
     sources: &[PointSource],
     request: &ViewRequest,

@@ -46,7 +46,7 @@ pub struct Client {
 
 /// One entry of a point hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum HierarchyEntry {
+pub enum HierarchyEntry {
     /// A node, perhaps without points of its own.
     Node(Node),
     /// The root of a page that is not loaded.

@@ -323,9 +323,10 @@ impl Plan {
                 .iter()
                 .all(|id| self.held.images.get(id).is_some_and(|&(held, _)| serves(held, *level))),
             Part::Node(id) => {
-                let normals = self.held.points.get(id).map(|(_, normals)| *normals);
-                !normals.is_some_and(|held| held.is_none_or(|n| n == self.wishes.normals))
-                    && !self.waiting.contains_key(id)
+                let held = self.held.points.get(id).is_some_and(|(_, normals)| {
+                    normals.is_none_or(|normals| normals == self.wishes.normals)
+                });
+                !held && !self.waiting.contains_key(id)
             }
             _ => false,
         }

@@ -258,7 +258,7 @@ impl Driver {
                 }
                 self.decode(part, payload, fetched);
             }
-            Err(error) => self.trouble(part, error, single),
+            Err(error) => self.trouble(&part, error, single),
         }
     }
 
@@ -327,7 +327,7 @@ impl Driver {
                 }
                 tracing::debug!(?part, bytes, %error, "a part cannot be used");
                 self.loader.forget(&part);
-                self.trouble(part, error, true);
+                self.trouble(&part, error, true);
             }
         }
         self.report();
@@ -344,7 +344,7 @@ impl Driver {
                 if let Err(error) = self.survey.hierarchy.insert(*page, entries) {
                     self.loader.forget(&part);
                     let error = StreamError::field("GetHierarchy")(error);
-                    return self.trouble(part, error, true);
+                    return self.trouble(&part, error, true);
                 }
             }
             (Part::Stations(source), Understood::Stations(track)) => {
@@ -367,7 +367,7 @@ impl Driver {
     }
 
     /// A part could not be had, or not be used.
-    fn trouble(&mut self, part: Part, error: StreamError, single: bool) {
+    fn trouble(&mut self, part: &Part, error: StreamError, single: bool) {
         if error.is_garbage() {
             let damages = self.damages.entry(part.clone()).or_default();
             *damages += 1;
@@ -376,7 +376,7 @@ impl Driver {
             if *damages == 1 || !single {
                 add(&self.counts.refetched, 1);
                 let verdict = if single { Verdict::Again } else { Verdict::Alone };
-                return self.plan.fail(&part, verdict);
+                return self.plan.fail(part, verdict);
             }
         } else if error.is_transient() || matches!(error, StreamError::Cancelled) {
             let excuses = self.excuses.entry(part.clone()).or_default();
@@ -385,7 +385,7 @@ impl Driver {
                 add(&self.counts.retries, 1);
                 let together = !single && error.is_excuse();
                 let verdict = if together { Verdict::Alone } else { Verdict::Again };
-                self.plan.fail(&part, verdict);
+                self.plan.fail(part, verdict);
                 if self.heard.elapsed() > PATIENCE {
                     self.heard = Instant::now();
                     self.fault(error);
@@ -393,9 +393,9 @@ impl Driver {
                 return;
             }
         } else if !single {
-            return self.plan.fail(&part, Verdict::Alone);
+            return self.plan.fail(part, Verdict::Alone);
         }
-        self.plan.fail(&part, Verdict::Never);
+        self.plan.fail(part, Verdict::Never);
         let told = self.plan.released();
         self.tell(told);
         self.fault(error);
