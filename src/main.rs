@@ -11,6 +11,7 @@ mod logging;
 mod memory;
 mod names;
 mod output;
+mod payload_cache;
 mod progress;
 mod source;
 mod throttle;

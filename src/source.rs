@@ -5,7 +5,7 @@ use std::time::Duration;
 use flaneur_renderer::Applied;
 use flaneur_scene::SceneInfo;
 use flaneur_services::store::{Catalog, Store, StoreError};
-use flaneur_streamer::{Client, Events, StreamError, StreamOptions, Streamer};
+use flaneur_streamer::{Client, Events, Servers, StreamError, StreamOptions, Streamer};
 use tonic::transport::{Channel, Endpoint};
 use url::Url;
 
@@ -13,6 +13,10 @@ use crate::exit::Exit;
 
 /// How long a server may take to accept a connection.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(10);
+/// How often a server that owes an answer is asked whether it lives, and how long it may take to say
+/// so.
+const ALIVE_INTERVAL: Duration = Duration::from_secs(5);
+const ALIVE_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Tells the streamer what a renderer did by itself to make room.
 pub(crate) fn note(events: &mut Events<'_>, applied: &Applied) {
@@ -32,29 +36,29 @@ pub(crate) struct ServerAddress {
 /// process, so that nothing downstream can tell them apart.
 pub(crate) struct Source {
     text: String,
-    channel: Channel,
+    servers: Servers,
     scene: Option<String>,
 }
 
 impl Source {
-    /// Opens `http://host:port[/scene]`, or a store: a folder or a URL such as
-    /// `s3://bucket/prefix`, with or without a scene's name at its end.
+    /// Opens `http://host:port[/scene]`, several of those with commas between them, or a store: a
+    /// folder or a URL such as `s3://bucket/prefix`, with or without a scene's name at its end.
     pub(crate) async fn open(text: &str) -> Result<Self, Exit> {
-        let (channel, scene) = if is_server(text) {
-            let address = ServerAddress::parse(text)?;
-            (address.connect(text).await?, address.scene)
+        let (servers, scene) = if is_server(text) {
+            replicas(text).await?
         } else {
-            (flaneur_services::grpc::in_process(open_store(text).await?).await?, None)
+            let catalog = open_store(text).await?;
+            (flaneur_services::grpc::in_process(catalog).await?.into(), None)
         };
-        Ok(Self { text: text.to_owned(), channel, scene })
+        Ok(Self { text: text.to_owned(), servers, scene })
     }
 
     /// Connects to the server at `authority`, `host:port`, for its scene `scene`.
     pub(crate) async fn of_scene(authority: &str, scene: &str) -> Result<Self, Exit> {
         let scene = Some(scene.to_owned());
         let address = ServerAddress { authority: authority.to_owned(), scene };
-        let channel = address.connect(authority).await?;
-        Ok(Self { text: authority.to_owned(), channel, scene: address.scene })
+        let servers = address.connect(authority).await?.into();
+        Ok(Self { text: authority.to_owned(), servers, scene: address.scene })
     }
 
     /// The scenes that the source names: one, or all that it holds, by name.
@@ -63,7 +67,7 @@ impl Source {
             Some(scene) => {
                 vec![self.client_of(scene).scene().await.map_err(stream_exit)?]
             }
-            None => Client::list_scenes(self.channel.clone()).await.map_err(stream_exit)?,
+            None => Client::list_scenes(self.servers.clone()).await.map_err(stream_exit)?,
         };
         if scenes.is_empty() {
             return Err(Exit::bad_input(anyhow::anyhow!(
@@ -76,7 +80,7 @@ impl Source {
 
     /// A client of the scene `name`.
     pub(crate) fn client_of(&self, name: &str) -> Client {
-        Client::new(self.channel.clone(), name)
+        Client::new(self.servers.clone(), name)
     }
 
     /// A streamer of one scene: the one that was named, or the only one.
@@ -87,8 +91,7 @@ impl Source {
     /// The same with other than the default options.
     pub(crate) async fn streamer_with(&self, options: StreamOptions) -> Result<Streamer, Exit> {
         let scene = self.scene_name().await?;
-        let servers = self.channel.clone();
-        Streamer::connect_with(servers, &scene, options).await.map_err(stream_exit)
+        Streamer::connect_with(self.servers.clone(), &scene, options).await.map_err(stream_exit)
     }
 
     /// The name of the scene that was named, or of the only one.
@@ -110,6 +113,36 @@ impl Source {
             }
         }
     }
+}
+
+/// Servers that hold the same, and the scene that the first of them is asked for. Those that do not
+/// answer now are asked again when others fail; one must answer.
+async fn replicas(text: &str) -> Result<(Servers, Option<String>), Exit> {
+    let (mut channels, mut scene, mut failure) = (Vec::new(), None, None);
+    let mut waiting = Vec::new();
+    for (index, one) in text.split(',').enumerate() {
+        let address = ServerAddress::parse(one)?;
+        if index == 0 {
+            scene.clone_from(&address.scene);
+        } else if address.scene != scene {
+            let problem = "all servers must be asked for the same scene";
+            return Err(ServerAddress::bad(problem, text));
+        }
+        match address.connect(one).await {
+            Ok(channel) => channels.push(channel),
+            Err(error) => {
+                waiting.push(address.endpoint(one)?.connect_lazy());
+                failure = Some(error);
+            }
+        }
+    }
+    match failure {
+        Some(error) if channels.is_empty() => return Err(error),
+        Some(_) => tracing::warn!("of the servers {} do not answer: {text:?}", waiting.len()),
+        None => {}
+    }
+    channels.append(&mut waiting);
+    Ok((channels.into(), scene))
 }
 
 /// Whether a source is a server rather than a store.
@@ -164,12 +197,19 @@ impl ServerAddress {
 
     /// Connects; `text` is what the person gave.
     async fn connect(&self, text: &str) -> Result<Channel, Exit> {
-        let endpoint = Endpoint::from_shared(format!("http://{}", self.authority));
-        let endpoint = endpoint.map_err(|e| Self::bad(&e.to_string(), text))?;
-        endpoint.connect_timeout(CONNECT_TIMEOUT).connect().await.map_err(|error| {
+        self.endpoint(text)?.connect().await.map_err(|error| {
             let what = format!("cannot connect; is the server running? {text:?}");
             Exit::Failed(anyhow::Error::new(error).context(what))
         })
+    }
+
+    fn endpoint(&self, text: &str) -> Result<Endpoint, Exit> {
+        let endpoint = Endpoint::from_shared(format!("http://{}", self.authority));
+        let endpoint = endpoint.map_err(|e| Self::bad(&e.to_string(), text))?;
+        Ok(endpoint
+            .connect_timeout(CONNECT_TIMEOUT)
+            .http2_keep_alive_interval(ALIVE_INTERVAL)
+            .keep_alive_timeout(ALIVE_TIMEOUT))
     }
 
     fn bad(problem: &str, text: &str) -> Exit {
@@ -211,6 +251,15 @@ mod tests {
         for wrong in ["http://", "https://h/a", "http://h/a/b", "http://h/%ff"] {
             assert!(matches!(parse(wrong), Err(Exit::BadInput(_))), "{wrong}");
         }
+    }
+
+    #[tokio::test]
+    async fn replicas_hold_the_same_scene() {
+        let different = replicas("http://127.0.0.1:1/a,http://127.0.0.1:2/b").await;
+        let Err(Exit::BadInput(error)) = different else { panic!("two scenes") };
+        assert!(error.to_string().contains("same scene"), "{error}");
+        let dead = replicas("http://127.0.0.1:1/a,http://127.0.0.1:1/a").await;
+        assert!(matches!(dead, Err(Exit::Failed(_))), "nobody answers");
     }
 
     #[test]

@@ -94,6 +94,7 @@ async fn a_scene_streams() {
     limits_and_exclusions_hold(&street).await;
     normals_come_where_they_are_asked_for(&street).await;
     cancelling_ends_the_stream(&street).await;
+    what_two_receivers_want_comes_once(&street).await;
     unknown_scenes_are_named(&street).await;
 }
 
@@ -234,6 +235,28 @@ async fn cancelling_ends_the_stream(street: &SampleStreet) {
     let mut other = self::streamer(street).await;
     fresh.apply(&updates(&mut other, request).await.0);
     assert!(held == fresh);
+}
+
+/// Two receivers that look at the same thing at once hold the same in the end, for the bytes of one.
+async fn what_two_receivers_want_comes_once(street: &SampleStreet) {
+    let mut alone = streamer(street).await;
+    let request = ViewRequest::new(view(eyes(&alone).await[0], 1.5));
+    let mut expected = Held::default();
+    expected.apply(&updates(&mut alone, request.clone()).await.0);
+    let bytes = alone.statistics().bytes_received;
+
+    let mut one = streamer(street).await;
+    // As the one alone has asked.
+    eyes(&one).await;
+    let mut other = one.beside();
+    let (first, second) =
+        tokio::join!(updates(&mut one, request.clone()), updates(&mut other, request));
+    for steps in [first.0, second.0] {
+        let mut held = Held::default();
+        held.apply(&steps);
+        assert!(held == expected);
+    }
+    assert_eq!(one.statistics().bytes_received, bytes);
 }
 
 async fn unknown_scenes_are_named(street: &SampleStreet) {

@@ -21,6 +21,7 @@ use crate::atomic_file;
 use crate::exit::Exit;
 use crate::memory::GpuMemory;
 use crate::names::{Names, Pattern};
+use crate::payload_cache::PayloadCache;
 use crate::source::{Source, note, stream_exit};
 use crate::viewpoints::{Height, Size, Viewpoint, parse_fov, parse_height, read_path, view_like};
 use picture::PictureFormat;
@@ -51,7 +52,8 @@ VIEWS.json is a list of views; those of the last example become walk_0001.png, w
 #[command(group = ArgGroup::new("views").required(true).args(["view", "like", "path"]))]
 pub(crate) struct RenderArguments {
     /// Scene: a store's folder or URL with the scene's name at its end, or
-    /// http://host:port/scene; the name may be left out where there is only one
+    /// http://host:port/scene; the name may be left out where there is only one. Of several servers with
+    /// commas between them another is asked where one fails
     #[arg(value_name = "SOURCE")]
     source: String,
     /// Where to stand and look: world CRS in metres, degrees clockwise from grid north, degrees
@@ -99,6 +101,8 @@ pub(crate) struct RenderArguments {
     budget_ms: Option<Duration>,
     #[command(flatten)]
     gpu_memory: GpuMemory,
+    #[command(flatten)]
+    cache: PayloadCache,
     /// The picture: .png, .jpg or .webp
     #[arg(short, long = "out", value_name = "FILE")]
     out: PathBuf,
@@ -152,6 +156,7 @@ pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result
             return Err(Exit::Interrupted);
         }
     }
+    streamer.flush().await;
     if let (Some(file), Some(report)) = (&arguments.report, session.report()) {
         let mut json = serde_json::to_vec_pretty(&report)?;
         json.push(b'\n');
@@ -166,7 +171,8 @@ async fn prepare(
     viewpoints: &[Viewpoint],
 ) -> Result<(Streamer, Vec<View>, Gpu), Exit> {
     let gpu = tokio::task::spawn_blocking(Gpu::new);
-    let streamer = Source::open(&arguments.source).await?.streamer().await?;
+    let source = Source::open(&arguments.source).await?;
+    let streamer = source.streamer_with(arguments.cache.options()).await?;
     let height = arguments.orthographic.map_or(Height::Degrees(arguments.fov), Height::Metres);
     let mut views: Vec<View> = viewpoints
         .iter()
