@@ -93,7 +93,8 @@ pub(crate) fn choose_photographs(
     let mut panoramas = panoramas;
     let distance = |p: &Panorama| p.position.distance_squared(view.eye());
     panoramas.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.id.cmp(&b.id)));
-    panoramas.dedup_by(|a, b| a.id == b.id);
+    let mut names = BTreeSet::new();
+    panoramas.retain(|panorama| names.insert(panorama.id.clone()));
     let standing: BTreeSet<String> = representatives(&panoramas, view.eye().truncate());
     let samples = Samples::new(view);
     let (mut wanted, mut coarse, mut rigs) = (Vec::new(), Vec::new(), 0);

@@ -18,7 +18,7 @@ use tokio_util::sync::{CancellationToken, DropGuard};
 use crate::StreamError;
 use crate::cache::{Cache, CacheKey, Checked, Rank};
 use crate::client::Client;
-use crate::plan::Part;
+use crate::plan::{BatchId, Part};
 use crate::survey::Target;
 use window::Window;
 
@@ -40,6 +40,8 @@ pub(crate) struct Loader {
 /// A part that came, or did not.
 #[derive(Debug)]
 pub(crate) struct Landed {
+    /// Of which batch.
+    pub(crate) batch: BatchId,
     /// Which.
     pub(crate) part: Part,
     /// Its payload, checked against what is known of it.
@@ -95,6 +97,7 @@ impl Loader {
     /// as long as the interest is held.
     pub(crate) fn load(
         self: &Arc<Self>,
+        batch: BatchId,
         parts: Vec<(Part, Target)>,
         bytes: u64,
         sink: mpsc::UnboundedSender<Landed>,
@@ -106,7 +109,7 @@ impl Loader {
         tokio::spawn(async move {
             tokio::select! {
                 () = stopped.cancelled() => {}
-                () = this.bring(parts, place, &sink) => {}
+                () = this.bring(batch, parts, place, &sink) => {}
             }
         });
         Interest { _stop: stop.drop_guard() }
@@ -114,6 +117,7 @@ impl Loader {
 
     async fn bring(
         self: Arc<Self>,
+        batch: BatchId,
         parts: Vec<(Part, Target)>,
         place: InWindow,
         sink: &mpsc::UnboundedSender<Landed>,
@@ -124,7 +128,7 @@ impl Loader {
                 Some(payload) => {
                     place.skip(&target);
                     // Where nobody listens, nobody needs to know.
-                    drop(sink.send(Landed { part, payload: Ok(payload), fetched: false }));
+                    drop(sink.send(Landed { batch, part, payload: Ok(payload), fetched: false }));
                 }
                 None => absent.push((part, target)),
             }
@@ -139,7 +143,7 @@ impl Loader {
             })
             .collect();
         while let Some((part, payload)) = flights.next().await {
-            drop(sink.send(Landed { part, payload, fetched: true }));
+            drop(sink.send(Landed { batch, part, payload, fetched: true }));
         }
     }
 
@@ -219,7 +223,12 @@ impl Loader {
             is_first
         });
         if news {
-            lock(&self.flights).remove(part);
+            let mut flights = lock(&self.flights);
+            // A flight that was given up may have a successor.
+            let own = sender.subscribe();
+            if flights.get(part).is_some_and(|flight| flight.payload.same_channel(&own)) {
+                flights.remove(part);
+            }
         }
     }
 

@@ -18,6 +18,8 @@ use crate::survey::Target;
 
 /// Largest stored file that is taken.
 const MAX_BYTES: u64 = 1 << 30;
+/// Most panoramas of an answer.
+const MAX_PANORAMAS: usize = 100_000;
 /// Share of a tile's side by which a request stays inside the tiles that it asks for, so that their
 /// neighbours do not come along.
 const INSET: f64 = 0.25;
@@ -66,9 +68,11 @@ async fn images(
     let mut payloads = client.images(keys.collect(), limit(parts)).await?;
     for (part, target) in parts {
         let Some(payload) = payloads.next().await? else { break };
+        let length = payload.len() as u64;
         let payload = checked(target, payload);
         if payload.is_err() {
             payloads.distrust();
+            client.traffic().abandoned(length);
         }
         land(part, payload);
     }
@@ -88,9 +92,11 @@ async fn chunks(
     let mut payloads = client.chunks(source, keys.collect(), limit(parts)).await?;
     for (part, target) in parts {
         let Some(payload) = payloads.next().await? else { break };
+        let length = payload.len() as u64;
         let payload = checked(target, payload);
         if payload.is_err() {
             payloads.distrust();
+            client.traffic().abandoned(length);
         }
         land(part, payload);
     }
@@ -110,7 +116,13 @@ async fn panoramas(
         include(&mut around, &district_bounds(*district));
     }
     let mut messages = client.open_panoramas(Region::Box(around)).await?;
+    let mut count = 0;
     while let Some(message) = messages.next().await? {
+        count += 1;
+        if count > MAX_PANORAMAS {
+            let (call, limit) = (messages.call(), MAX_PANORAMAS);
+            return Err(StreamError::TooMuch { call, what: "panoramas", limit });
+        }
         let panorama =
             Panorama::try_from(message.clone()).map_err(StreamError::field(messages.call()))?;
         let district = district_of(panorama.position.truncate());

@@ -10,7 +10,7 @@ const MOST_PARTS: usize = 64;
 const REACH: usize = 256;
 
 /// Names a batch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct BatchId(pub(super) u64);
 
 /// Parts for one request, in the order in which they are wanted. Where requests ask for cells, they

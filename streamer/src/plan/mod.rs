@@ -202,6 +202,11 @@ impl Plan {
         for update in &told {
             self.held.note(update);
         }
+        let want = self.wishes.wants.iter().find(|want| want.part == *part);
+        if want.is_some_and(|want| self.is_missing(want)) {
+            // What came is not what was wanted, whatever it is: it would come for ever.
+            self.lost.insert(part.clone());
+        }
         let room = self.room();
         told.extend(room);
         Some(told)
@@ -231,19 +236,39 @@ impl Plan {
         told
     }
 
-    /// The receiver has done something by itself.
+    /// The receiver has done something by itself. What it gave up of what is wanted it has no room
+    /// for: it is not sent again before all is forgiven.
     pub(crate) fn note(&mut self, update: &SceneUpdate) {
+        self.took_note(update);
+        let declined = |want: &&Want| match (&want.part, update) {
+            (Part::Mesh { key, .. }, SceneUpdate::DropMesh(dropped)) => key == dropped,
+            (Part::Image { .. }, SceneUpdate::DropImage(id)) => want.photographs.contains(id),
+            (Part::Node(id), SceneUpdate::DropPoints(dropped)) => id == dropped,
+            _ => false,
+        };
+        let declined = self.wishes.wants.iter().filter(declined).map(|want| want.part.clone());
+        self.lost.extend(declined);
+    }
+
+    fn took_note(&mut self, update: &SceneUpdate) {
         if let SceneUpdate::DropMesh(key) = update {
             self.steps.remove(key);
         }
         self.held.note(update);
     }
 
-    /// The receiver holds a photograph at another level than it was sent.
+    /// The receiver holds a photograph at another level than it was sent: it has no room for finer
+    /// ones, which are not sent again before all is forgiven.
     pub(crate) fn note_level(&mut self, id: &ImageId, level: u32) {
         if let Some((held, _)) = self.held.images.get_mut(id) {
             *held = level;
         }
+        let declined = |want: &&Want| match &want.part {
+            Part::Image { level: finer, .. } => *finer < level && want.photographs.contains(id),
+            _ => false,
+        };
+        let declined = self.wishes.wants.iter().filter(declined).map(|want| want.part.clone());
+        self.lost.extend(declined);
     }
 
     /// How far the view has come.
@@ -269,7 +294,7 @@ impl Plan {
             .chain(self.unwanted_images().into_iter().map(SceneUpdate::DropImage))
             .chain(self.unwanted_tiles().into_iter().map(SceneUpdate::DropMesh))
             .collect();
-        drops.iter().for_each(|drop| self.note(drop));
+        drops.iter().for_each(|drop| self.took_note(drop));
         let tiles = &self.wishes.tiles;
         self.steps.retain(|key, _| tiles.contains(key));
         drops

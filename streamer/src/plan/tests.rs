@@ -173,6 +173,33 @@ impl Receiver {
     }
 }
 
+impl Receiver {
+    /// Gives a photograph or a node up, or takes a photograph's coarsest level instead; then nothing
+    /// of that comes again unless something else is looked at.
+    fn decline(&mut self, index: prop::sample::Index, drop: bool, plan: &mut Plan) {
+        let images: Vec<ImageId> = self.held.images.keys().cloned().collect();
+        // The deepest nodes alone: a renderer that drops one drops what is below it.
+        let leaves: Vec<PointNodeId> = self
+            .held
+            .nodes
+            .iter()
+            .copied()
+            .filter(|id| !self.held.nodes.iter().any(|other| other.key.parent() == Some(id.key)))
+            .collect();
+        if drop && !leaves.is_empty() {
+            let update = SceneUpdate::DropPoints(leaves[index.index(leaves.len())]);
+            self.held.note(&update);
+            plan.note(&update);
+        } else if !images.is_empty() {
+            let id = &images[index.index(images.len())];
+            if let Some((level, _)) = self.held.images.get_mut(id) {
+                *level = LEVELS - 1;
+            }
+            plan.note_level(id, LEVELS - 1);
+        }
+    }
+}
+
 #[derive(Clone, Debug)]
 enum Step {
     Look(i32),
@@ -181,6 +208,8 @@ enum Step {
     /// One of the parts under way comes, or fails.
     Arrive(prop::sample::Index),
     Fail(prop::sample::Index, bool),
+    /// The receiver drops something of what it holds, or makes it coarser.
+    Decline(prop::sample::Index, bool),
 }
 
 fn step() -> impl Strategy<Value = Step> {
@@ -189,6 +218,7 @@ fn step() -> impl Strategy<Value = Step> {
         4 => Just(Step::Ask),
         6 => any::<prop::sample::Index>().prop_map(Step::Arrive),
         1 => (any::<prop::sample::Index>(), any::<bool>()).prop_map(|(i, never)| Step::Fail(i, never)),
+        1 => (any::<prop::sample::Index>(), any::<bool>()).prop_map(|(i, drop)| Step::Decline(i, drop)),
     ]
 }
 
@@ -230,6 +260,7 @@ proptest! {
                     receiver.tell(&told, &plan)?;
                 }
                 Step::Arrive(_) | Step::Fail(..) => {}
+                Step::Decline(index, drop) => receiver.decline(index, drop, &mut plan),
             }
             let standing = plan.standing();
             prop_assert!(!standing.finished || standing.complete_picture);

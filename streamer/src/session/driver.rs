@@ -21,6 +21,8 @@ use crate::{Event, Progress, StreamError, ViewRequest};
 
 /// Events that wait for the receiver before nothing more is asked for.
 const WAITING: usize = 64;
+/// How long what could not be had is not asked for again while someone walks.
+const GRUDGE: Duration = Duration::from_secs(10);
 /// How long nothing at all may come before someone is told.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -89,6 +91,10 @@ pub(crate) struct Driver {
     /// Bytes that came and are not used, by part.
     unused: HashMap<Part, u64>,
     heard: Instant,
+    /// When what could not be had was last forgotten.
+    forgiven: Instant,
+    /// Whether more is known than was chosen by.
+    learnt: bool,
     /// Bytes that the view had to ask for.
     asked_bytes: u64,
     /// Whether the view's end was told.
@@ -125,6 +131,8 @@ impl Driver {
             excuses: HashMap::new(),
             unused: HashMap::new(),
             heard: Instant::now(),
+            forgiven: Instant::now(),
+            learnt: false,
             asked_bytes: 0,
             told: true,
             outbox: VecDeque::new(),
@@ -151,9 +159,15 @@ impl Driver {
                 Some(decoded) = self.decoded.1.recv() => Step::Take(decoded),
             };
             match step {
-                Step::Obey(command) => self.obey(command),
+                Step::Obey(command) => self.obey_all(command),
                 Step::Land(landed) => self.land(landed),
-                Step::Take(decoded) => self.take(decoded),
+                Step::Take(decoded) => {
+                    self.take(decoded);
+                    while let Ok(decoded) = self.decoded.1.try_recv() {
+                        self.take(decoded);
+                    }
+                    self.catch_up();
+                }
                 Step::Tell => {
                     // Nobody else sends, so the room is still there.
                     let sent = self.outbox.pop_front().map(|event| self.events.try_send(event));
@@ -162,6 +176,21 @@ impl Driver {
                     }
                 }
                 Step::End => return,
+            }
+        }
+    }
+
+    /// Obeys a command and those behind it; of several views only the last one counts.
+    fn obey_all(&mut self, command: Command) {
+        let mut commands = vec![command];
+        while let Ok(command) = self.commands.try_recv() {
+            commands.push(command);
+        }
+        let is_look = |command: &Command| matches!(command, Command::Look(..));
+        let last = commands.iter().rposition(is_look);
+        for (index, command) in commands.into_iter().enumerate() {
+            if !is_look(&command) || Some(index) == last {
+                self.obey(command);
             }
         }
     }
@@ -175,9 +204,14 @@ impl Driver {
                 self.told = self.request.is_none();
                 self.heard = Instant::now();
                 self.asked_bytes = 0;
-                self.plan.forgive();
-                self.damages.clear();
-                self.excuses.clear();
+                // Who walks looks many times a second: what failed is not worth trying at each.
+                let walks = self.request.as_ref().is_some_and(|request| request.steadiness > 1.0);
+                if !walks || self.forgiven.elapsed() > GRUDGE {
+                    self.forgiven = self.heard;
+                    self.plan.forgive();
+                    self.damages.clear();
+                    self.excuses.clear();
+                }
                 if let Some(request) = &self.request {
                     self.motion.note(&request.view, self.heard);
                 }
@@ -232,22 +266,26 @@ impl Driver {
                 let target = self.targets.get(&part).cloned().unwrap_or(Target::Named);
                 (part, target)
             });
-            let interest = self.loader.load(wanted.collect(), bytes, self.landed.0.clone());
+            let interest = self.loader.load(id, wanted.collect(), bytes, self.landed.0.clone());
             self.open.insert(id, Open { _interest: interest, left, single });
         }
     }
 
     /// A payload has come, or not.
-    fn land(&mut self, Landed { part, payload, fetched }: Landed) {
+    fn land(&mut self, Landed { batch, part, payload, fetched }: Landed) {
         let mut single = true;
-        if let Some(batch) = self.batch_of.remove(&part)
-            && let Some(open) = self.open.get_mut(&batch)
-        {
-            single = open.single;
-            open.left -= 1;
-            if open.left == 0 {
-                self.open.remove(&batch);
+        if self.batch_of.get(&part) == Some(&batch) {
+            self.batch_of.remove(&part);
+            if let Some(open) = self.open.get_mut(&batch) {
+                single = open.single;
+                open.left -= 1;
+                if open.left == 0 {
+                    self.open.remove(&batch);
+                }
             }
+        } else if payload.is_err() {
+            // Of a request that was ended.
+            return;
         }
         match payload {
             Ok(payload) => {
@@ -264,7 +302,9 @@ impl Driver {
 
     /// Has a payload decoded, if it is wanted, once what it takes is known.
     fn decode(&mut self, part: Part, payload: Bytes, fetched: bool) {
-        let Some(target) = self.targets.get(&part).cloned() else {
+        let by_name = matches!(part, Part::Panoramas(_) | Part::Page(_) | Part::Stations(_));
+        let target = self.targets.get(&part).cloned().or(by_name.then_some(Target::Named));
+        let Some(target) = target else {
             self.plan.fail(&part, Verdict::Again);
             return;
         };
@@ -292,6 +332,9 @@ impl Driver {
             if self.plan.knows(&needed) {
                 // It cannot be had, and so this cannot be shown; that was said.
                 self.plan.fail(&part, Verdict::Never);
+                let told = self.plan.released();
+                self.tell(told);
+                self.report();
             } else {
                 self.parked.push((part, payload, fetched));
             }
@@ -356,8 +399,16 @@ impl Driver {
             _ => {}
         }
         self.plan.learn(part);
-        self.choose();
-        self.unpark();
+        self.learnt = true;
+    }
+
+    /// Chooses anew if more is known than before.
+    fn catch_up(&mut self) {
+        if std::mem::take(&mut self.learnt) {
+            self.choose();
+            self.unpark();
+            self.report();
+        }
     }
 
     fn unpark(&mut self) {

@@ -19,7 +19,7 @@ use crate::StreamError;
 use crate::choose::WantedImage;
 use crate::decode::Decoders;
 use crate::load::Loader;
-use crate::plan::Part;
+use crate::plan::{BatchId, Part};
 use crate::survey::Target;
 use understand::{Context, Understood, understand};
 
@@ -61,7 +61,7 @@ async fn one(
     context: Context,
 ) -> Result<Understood, StreamError> {
     let (sink, mut landed) = mpsc::unbounded_channel();
-    let _interest = loader.load(vec![(part.clone(), target.clone())], 0, sink);
+    let _interest = loader.load(BatchId::default(), vec![(part.clone(), target.clone())], 0, sink);
     let payload = landed.recv().await.map_or(Err(StreamError::Cancelled), |one| one.payload)?;
     let what = target.name();
     let decode = move || understand(&part, &target, &payload, &context);

@@ -188,17 +188,11 @@ impl<'a> List<'a> {
             let gain = gain::of_image(image, from, level);
             let part =
                 Part::Image { panorama: Arc::clone(&panorama), camera: image.camera as u16, level };
-            self.want(
-                part,
-                Target::Image(image.clone(), level),
-                stage,
-                stored.bytes,
-                gain,
-                distance_m,
-            );
-            if let Some(want) = self.wishes.wants.last_mut() {
+            let exact = self.exact && level == image.level;
+            let target = Target::Image(image.clone(), level);
+            if let Some(want) = self.want(part, target, stage, stored.bytes, gain, distance_m) {
                 want.photographs = Arc::clone(&photographs);
-                want.exact = self.exact && level == image.level;
+                want.exact = exact;
             }
             (from, stage) = (Some(level), Stage::Detail);
         }
@@ -236,11 +230,14 @@ impl<'a> List<'a> {
         bytes: u64,
         gain: f64,
         distance_m: f64,
-    ) {
-        if self.targets.insert(part.clone(), target).is_none() {
-            let (photographs, exact) = ([].into(), self.exact);
-            let want = Want { part, stage, bytes, gain, distance_m, photographs, exact };
-            self.wishes.wants.push(want);
+    ) -> Option<&mut Want> {
+        if self.targets.contains_key(&part) {
+            return None;
         }
+        self.targets.insert(part.clone(), target);
+        let (photographs, exact) = ([].into(), self.exact);
+        let want = Want { part, stage, bytes, gain, distance_m, photographs, exact };
+        self.wishes.wants.push(want);
+        self.wishes.wants.last_mut()
     }
 }
