@@ -41,11 +41,11 @@ impl GroundLayout {
     /// The tiles that meet `region`, row by row: column and row of each.
     pub fn tiles(&self, region: &Bounds2) -> impl Iterator<Item = (i32, i32)> + use<> {
         let cell = |p: DVec2| ((p - self.origin) / self.tile_m).floor();
-        // What is no number, or lies outside, gives an empty range.
+        let nothing = region.is_empty();
         let range = |low: f64, high: f64, count: u32| {
             let count = f64::from(count.min(i32::MAX as u32));
             let (low, high) = (low.max(0.0), (high + 1.0).min(count));
-            if low < high { low as i32..high as i32 } else { 0..0 }
+            if low < high && !nothing { low as i32..high as i32 } else { 0..0 }
         };
         let (low, high) = (cell(region.min), cell(region.max));
         let columns = range(low.x, high.x, self.columns);
