@@ -12,7 +12,7 @@ use crate::choose::{WantedImage, WantedNode, choose_nodes, choose_photographs, c
 use crate::plan::{Part, Stage, Want, Wishes};
 
 /// A complete picture is decided by the first images up to this share.
-const COMPLETE: f64 = 0.97;
+const COMPLETE: f64 = 0.9;
 /// About how many bytes a panorama, a page of a hierarchy, and a tile of buildings take.
 const PANORAMAS_BYTES: u64 = 8 << 10;
 const PAGE_BYTES: u64 = 4 << 10;
