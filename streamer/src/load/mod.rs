@@ -11,7 +11,7 @@ use bytes::Bytes;
 use flaneur_scene::SceneInfo;
 use futures::StreamExt;
 use futures::stream::FuturesUnordered;
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{Notify, mpsc, watch};
 use tokio::time::Instant;
 use tokio_util::sync::{CancellationToken, DropGuard};
 
@@ -35,6 +35,7 @@ pub(crate) struct Loader {
     cache: Cache,
     window: Mutex<Window>,
     flights: Mutex<HashMap<Part, Flight>>,
+    freed: Arc<Notify>,
 }
 
 /// A part that came, or did not.
@@ -65,7 +66,14 @@ struct Flight {
 
 impl Loader {
     pub(crate) fn new(client: Client, scene: Arc<SceneInfo>, cache: Cache) -> Self {
-        Self { client, scene, cache, window: Mutex::default(), flights: Mutex::default() }
+        Self {
+            client,
+            scene,
+            cache,
+            window: Mutex::default(),
+            flights: Mutex::default(),
+            freed: Arc::default(),
+        }
     }
 
     /// The scene that the parts are of.
@@ -86,6 +94,11 @@ impl Loader {
     /// Bytes that may be asked for at once now; `None` where enough is under way.
     pub(crate) fn room(&self) -> Option<u64> {
         lock(&self.window).room()
+    }
+
+    /// Tells when there may be more room, whoever made it.
+    pub(crate) fn freed(&self) -> Arc<Notify> {
+        Arc::clone(&self.freed)
     }
 
     /// Forgets a payload that turned out to be of no use.
@@ -296,18 +309,21 @@ impl InWindow {
     /// So many bytes came over the network.
     fn received(&self, bytes: u64) {
         lock(&self.loader.window).receive(&mut lock(&self.sent), bytes, Instant::now());
+        self.loader.freed.notify_waiters();
     }
 
     /// A part does not come over the network.
     fn skip(&self, target: &Target) {
         let bytes = expected(target).map_or(0, |expected| expected.length);
         lock(&self.loader.window).forgo(&mut lock(&self.sent), bytes);
+        self.loader.freed.notify_waiters();
     }
 }
 
 impl Drop for InWindow {
     fn drop(&mut self) {
         lock(&self.loader.window).end(&lock(&self.sent));
+        self.loader.freed.notify_waiters();
     }
 }
 

@@ -65,6 +65,8 @@ enum Step {
     Obey(Command),
     Land(Landed),
     Take(Decoded),
+    /// More may be asked for.
+    Ask,
     /// There is room for an event.
     Tell,
     /// The streamer has gone.
@@ -147,7 +149,11 @@ impl Driver {
 
     /// Works until the streamer has gone.
     pub(crate) async fn run(mut self) {
+        let freed = self.loader.freed();
         loop {
+            // Listens before it looks, so that room that is made meanwhile is noticed.
+            let mut room = std::pin::pin!(freed.notified());
+            room.as_mut().enable();
             self.ask();
             let has_news = !self.outbox.is_empty();
             let step = tokio::select! {
@@ -155,6 +161,7 @@ impl Driver {
                 room = self.events.reserve(), if has_news => {
                     room.map_or(Step::End, |_| Step::Tell)
                 }
+                () = room => Step::Ask,
                 Some(landed) = self.landed.1.recv() => Step::Land(landed),
                 Some(decoded) = self.decoded.1.recv() => Step::Take(decoded),
             };
@@ -175,6 +182,7 @@ impl Driver {
                         return;
                     }
                 }
+                Step::Ask => {}
                 Step::End => return,
             }
         }
@@ -373,7 +381,10 @@ impl Driver {
                 self.trouble(&part, error, true);
             }
         }
-        self.report();
+        // What was learnt may make more wanted: that is found out before anything is said.
+        if !self.learnt {
+            self.report();
+        }
     }
 
     /// Something of the survey is known, and so more can be wanted.
