@@ -19,7 +19,7 @@ use tokio::sync::Semaphore;
 use tonic::transport::Channel;
 use tonic::{Response, Status};
 
-pub(crate) use payload::Payloads;
+pub(crate) use payload::{Part as Piece, Payloads};
 
 use crate::StreamError;
 use crate::servers::{Servers, Turn};

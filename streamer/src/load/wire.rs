@@ -11,7 +11,7 @@ use prost::Message;
 use super::expected;
 use crate::StreamError;
 use crate::choose::{District, FootprintGrid, district_bounds, district_of};
-use crate::client::Client;
+use crate::client::{Client, Payloads, Piece};
 use crate::decode::damaged;
 use crate::plan::Part;
 use crate::survey::Target;
@@ -65,18 +65,8 @@ async fn images(
         Target::Image(image, level) => Some(image.key(*level, v1::ImageLayer::Colour)),
         Target::Named | Target::Node(_) => None,
     });
-    let mut payloads = client.images(keys.collect(), limit(parts)).await?;
-    for (part, target) in parts {
-        let Some(payload) = payloads.next().await? else { break };
-        let length = payload.len() as u64;
-        let payload = checked(target, payload);
-        if payload.is_err() {
-            payloads.distrust();
-            client.traffic().abandoned(length);
-        }
-        land(part, payload);
-    }
-    Ok(())
+    let payloads = client.images(keys.collect(), limit(parts)).await?;
+    deliver(client, payloads, parts, land).await
 }
 
 async fn chunks(
@@ -89,7 +79,17 @@ async fn chunks(
         Part::Node(id) => Some(id.key),
         _ => None,
     });
-    let mut payloads = client.chunks(source, keys.collect(), limit(parts)).await?;
+    let payloads = client.chunks(source, keys.collect(), limit(parts)).await?;
+    deliver(client, payloads, parts, land).await
+}
+
+/// Gives each of `parts` its payload, in their order.
+async fn deliver<P: Piece>(
+    client: &Client,
+    mut payloads: Payloads<P>,
+    parts: &[(Part, Target)],
+    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+) -> Result<(), StreamError> {
     for (part, target) in parts {
         let Some(payload) = payloads.next().await? else { break };
         let length = payload.len() as u64;

@@ -203,7 +203,11 @@ impl Plan {
             self.held.note(update);
         }
         let want = self.wishes.wants.iter().find(|want| want.part == *part);
-        if want.is_some_and(|want| self.is_missing(want)) {
+        let gave = |id: &ImageId| {
+            told.iter().any(|update| matches!(update, SceneUpdate::Image(image) if image.id == *id))
+        };
+        // Where other faces of a sphere are wanted than when it was decoded, it comes once more.
+        if want.is_some_and(|want| self.is_missing(want) && want.photographs.iter().all(gave)) {
             // What came is not what was wanted, whatever it is: it would come for ever.
             self.lost.insert(part.clone());
         }
