@@ -153,6 +153,11 @@ impl Cache {
         None
     }
 
+    /// What memory holds of `key`, unchecked and uncounted.
+    pub(crate) fn at_hand(&self, key: &CacheKey) -> Option<Bytes> {
+        self.memory.get(key)
+    }
+
     /// Keeps `payload`, as far as there is room. It is written to disk behind; where more waits to be
     /// written than memory should hold, it is kept in memory alone.
     ///

@@ -182,6 +182,12 @@ impl Loader {
                 joined.push((part, payload));
                 continue;
             }
+            // It may have landed since the cache was asked.
+            if let Some(payload) = self.cache.at_hand(&self.key(&part)) {
+                place.skip(&target);
+                joined.push((part, watch::channel(Some(Ok(payload))).1));
+                continue;
+            }
             let (sender, receiver) = watch::channel(None);
             let flight = Flight { request: Arc::downgrade(&request), payload: receiver.clone() };
             flights.insert(part.clone(), flight);
