@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use prost::Message;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let files = ["geometry", "scene", "footprint", "ground", "panorama", "point"]
+    let files = ["geometry", "scene", "footprint", "ground", "panorama", "point", "render"]
         .map(|name| format!("proto/flaneur/v1/{name}.proto"));
     for file in &files {
         println!("cargo::rerun-if-changed={file}");

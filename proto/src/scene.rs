@@ -28,6 +28,7 @@ impl From<SceneInfo> for v1::Scene {
             ground: info.ground.map(v1::GroundLayout::from),
             point_sources: info.point_sources.into_iter().map(v1::PointSource::from).collect(),
             version: info.version,
+            geographic: None,
         }
     }
 }

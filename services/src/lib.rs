@@ -9,6 +9,7 @@
 
 mod cache;
 pub mod crs;
+mod geography;
 pub mod grpc;
 pub mod ingest;
 pub mod layers;

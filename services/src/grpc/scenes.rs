@@ -5,6 +5,8 @@ use prost::Message;
 use tonic::{Request, Response, Status};
 
 use super::{MAX_MESSAGE_BYTES, Services, status};
+use crate::geography;
+use crate::store::Scene;
 
 #[tonic::async_trait]
 impl v1::scene_service_server::SceneService for Services {
@@ -13,7 +15,7 @@ impl v1::scene_service_server::SceneService for Services {
         _: Request<v1::ListScenesRequest>,
     ) -> Result<Response<v1::ListScenesResponse>, Status> {
         let scenes = self.catalog.scenes().await.map_err(|e| status::of_store(&e))?;
-        let scenes = scenes.iter().map(|scene| scene.manifest.scene.clone().into()).collect();
+        let scenes = scenes.iter().map(|scene| described(scene)).collect();
         checked(v1::ListScenesResponse { scenes }, "the list of scenes")
     }
 
@@ -22,9 +24,14 @@ impl v1::scene_service_server::SceneService for Services {
         request: Request<v1::GetSceneRequest>,
     ) -> Result<Response<v1::GetSceneResponse>, Status> {
         let scene = self.scene(&request.get_ref().scene).await?;
-        let scene = Some(scene.manifest.scene.clone().into());
+        let scene = Some(described(&scene));
         checked(v1::GetSceneResponse { scene }, "the scene's description")
     }
+}
+
+fn described(scene: &Scene) -> v1::Scene {
+    let info = &scene.manifest.scene;
+    v1::Scene { geographic: geography::frame(info), ..info.clone().into() }
 }
 
 fn checked<M: Message>(message: M, what: &str) -> Result<Response<M>, Status> {
