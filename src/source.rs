@@ -145,6 +145,15 @@ async fn replicas(text: &str) -> Result<(Servers, Option<String>), Exit> {
     Ok((channels.into(), scene))
 }
 
+/// Servers whose scenes, all of them, are meant: `http://host:port`, several with commas between
+/// them.
+pub(crate) async fn servers(text: &str) -> Result<Servers, Exit> {
+    match replicas(text).await? {
+        (servers, None) => Ok(servers),
+        (_, Some(_)) => Err(ServerAddress::bad("leave the scene's name out: all are meant", text)),
+    }
+}
+
 /// Whether a source is a server rather than a store.
 pub(crate) fn is_server(text: &str) -> bool {
     text.starts_with("http://") || text.starts_with("https://")

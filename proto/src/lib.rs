@@ -15,6 +15,7 @@ mod panorama;
 mod parts;
 mod point;
 mod region;
+mod render;
 mod scene;
 mod stations;
 

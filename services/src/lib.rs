@@ -5,7 +5,8 @@
 //!   reads one of them,
 //! - [`crs`] knows where grid north lies,
 //! - [`store`] finds scenes and their objects behind a URL,
-//! - [`grpc`] answers the data services over a store.
+//! - [`grpc`] answers the data services over a store,
+//! - [`render`] answers the render service, a client of the data services.
 
 mod cache;
 pub mod crs;
@@ -13,4 +14,7 @@ mod geography;
 pub mod grpc;
 pub mod ingest;
 pub mod layers;
+mod page;
+pub mod picture;
+pub mod render;
 pub mod store;

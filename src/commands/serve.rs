@@ -1,21 +1,29 @@
 //! `flaneur serve`.
 
 use std::net::SocketAddr;
+use std::time::Duration;
 
 use clap::Args;
-use flaneur_services::grpc::{Limits, ServeError, Server};
+use flaneur_renderer::Settings;
+use flaneur_services::grpc::{Limits, Offer, ServeError, Server, in_process};
+use flaneur_services::render::{RenderOptions, Rendering};
 use flaneur_services::store::{Catalog, Store, StoreError};
+use flaneur_streamer::{FetchLimits, Servers};
 
 use super::Context;
 use crate::exit::Exit;
+use crate::memory::GpuMemory;
 use crate::output;
+use crate::source;
 
 const EXAMPLES: &str = "\
 Examples:
-  flaneur serve scenes                          every scene of a folder
+  flaneur serve scenes                          every scene of a folder: data, pictures, the web page
   flaneur serve scenes/paris                    one scene alone
   flaneur serve scenes s3://bucket/streets      scenes of several stores
   flaneur serve scenes --listen 0.0.0.0:80      to everyone who reaches this machine
+  flaneur serve scenes --no-render              data alone, on a machine that is not to render
+  flaneur serve http://10.0.0.5:7878            pictures of what another server has
 
 Prints one line, `serving http://ADDRESS`, once calls are answered. Scenes that are published
 while it runs are found. Ctrl-C or SIGTERM ends it once the calls in flight are done; a second
@@ -28,7 +36,8 @@ AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY.";
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct ServeArguments {
-    /// Folder or URL (s3://, gs://, az://) with scenes, or of one scene
+    /// Folder or URL (s3://, gs://, az://) with scenes, or of one scene; or http://host:port of a server
+    /// whose scenes are rendered here, several with commas between them
     #[arg(value_name = "STORE", required = true)]
     stores: Vec<String>,
     /// Address to listen on; port 0 is any free one
@@ -37,22 +46,93 @@ pub(crate) struct ServeArguments {
     /// Most calls in flight; more are refused
     #[arg(long, value_name = "N", default_value_t = Limits::default().calls)]
     max_calls: usize,
+    /// Serve data alone: no pictures, no web page
+    #[arg(long)]
+    no_render: bool,
+    /// Most people who walk, and pictures that are waited for, at a time; more are refused
+    #[arg(long, value_name = "N", default_value_t = RenderOptions::default().sessions)]
+    max_sessions: usize,
+    /// Most pixels of a picture
+    #[arg(long, value_name = "N", default_value_t = RenderOptions::default().pixels,
+        value_parser = clap::value_parser!(u64).range(1..=1 << 25))]
+    max_pixels: u64,
+    /// What a frame takes, about, while its view moves, milliseconds; coarser where it must be
+    #[arg(long, value_name = "MS", default_value_t = 100,
+        value_parser = clap::value_parser!(u64).range(1..=60_000))]
+    budget_ms: u64,
+    /// A session of which nothing is heard for so many seconds ends
+    #[arg(long, value_name = "SECONDS", default_value_t = RenderOptions::default().idle.as_secs(),
+        value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    max_idle: u64,
+    #[command(flatten)]
+    gpu_memory: GpuMemory,
 }
 
-/// Serves the data services until Ctrl-C.
+/// Serves until Ctrl-C.
 pub(crate) async fn run(arguments: ServeArguments, context: &Context) -> Result<(), Exit> {
-    let stores: Result<Vec<Store>, StoreError> =
-        arguments.stores.iter().map(|url| Store::open_existing(url)).collect();
-    let catalog = Catalog::open(stores.map_err(of_store)?).await.map_err(of_store)?;
+    let (data, servers) = origin(&arguments).await?;
+    let rendering = match servers {
+        Some(servers) => Some(rendering(servers, &arguments).await?),
+        None => None,
+    };
+    let limits = Limits { calls: arguments.max_calls, ..Limits::default() };
+    let offer = Offer { data, rendering };
+    let server = Server::bind(offer, arguments.listen, limits).await.map_err(of_server)?;
+    output::print(&format!("serving http://{}\n", server.address()))?;
+    tracing::info!(address = %server.address(), "serving");
+    server.serve(context.cancel.cancelled()).await.map_err(of_server)
+}
+
+/// The scenes whose data are served, and where those come from that are rendered.
+async fn origin(arguments: &ServeArguments) -> Result<(Option<Catalog>, Option<Servers>), Exit> {
+    let stores = &arguments.stores;
+    if stores.iter().any(|store| source::is_server(store)) {
+        let [servers] = &stores[..] else {
+            let problem = "a server is rendered for alone; several with the same scenes have commas \
+                           between them";
+            return Err(Exit::bad_input(anyhow::anyhow!("{problem}: {stores:?}")));
+        };
+        if arguments.no_render {
+            let problem = "a server's data are its own to serve: leave --no-render out";
+            return Err(Exit::bad_input(anyhow::anyhow!("{problem}: {servers:?}")));
+        }
+        return Ok((None, Some(source::servers(servers).await?)));
+    }
+    let opened: Result<Vec<Store>, StoreError> =
+        stores.iter().map(|url| Store::open_existing(url)).collect();
+    let catalog = Catalog::open(opened.map_err(of_store)?).await.map_err(of_store)?;
     let scenes = catalog.names().await.map_err(of_store)?;
     if scenes.is_empty() {
-        tracing::warn!(stores = ?arguments.stores, "no scene is published there yet");
+        tracing::warn!(?stores, "no scene is published there yet");
     }
-    let limits = Limits { calls: arguments.max_calls, ..Limits::default() };
-    let server = Server::bind(catalog, arguments.listen, limits).await.map_err(of_server)?;
-    output::print(&format!("serving http://{}\n", server.address()))?;
-    tracing::info!(address = %server.address(), ?scenes, "serving");
-    server.serve(context.cancel.cancelled()).await.map_err(of_server)
+    tracing::info!(?scenes, "opened");
+    let servers = if arguments.no_render {
+        None
+    } else {
+        Some(in_process(catalog.clone()).await.map_err(of_server)?.into())
+    };
+    Ok((Some(catalog), servers))
+}
+
+/// The render service; without a driver it says so to whoever calls.
+async fn rendering(servers: Servers, arguments: &ServeArguments) -> Result<Rendering, Exit> {
+    let gpu_memory_bytes = arguments.gpu_memory.bytes();
+    let options = RenderOptions {
+        settings: Settings { gpu_memory_bytes, ..Settings::default() },
+        limits: arguments.gpu_memory.fitted(FetchLimits::default()),
+        budget: Duration::from_millis(arguments.budget_ms),
+        pixels: arguments.max_pixels,
+        sessions: arguments.max_sessions,
+        idle: Duration::from_secs(arguments.max_idle),
+        ..RenderOptions::default()
+    };
+    let rendering = tokio::task::spawn_blocking(move || Rendering::new(servers, options));
+    let rendering = rendering.await.map_err(Exit::failed)?;
+    match rendering.adapter() {
+        Ok(adapter) => tracing::info!(adapter, "rendering"),
+        Err(reason) => tracing::warn!(reason, "render calls will be refused"),
+    }
+    Ok(rendering)
 }
 
 /// What the person typed is at fault, or the store is.

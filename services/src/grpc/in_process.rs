@@ -20,7 +20,7 @@ const PIPE_BYTES: usize = 1 << 20;
 /// and its clones are dropped.
 pub async fn in_process(catalog: Catalog) -> Result<Channel, ServeError> {
     let limits = Limits::default();
-    let answers = Answers::new(catalog, &limits).await?;
+    let answers = Answers::new(catalog.into(), &limits).await?;
     let (pipes, incoming) = mpsc::channel::<Result<DuplexStream, std::io::Error>>(1);
     let server = tonic::transport::Server::builder()
         .add_routes(answers.routes)

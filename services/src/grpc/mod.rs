@@ -20,7 +20,7 @@ mod points;
 mod routes;
 mod scenes;
 mod server;
-mod status;
+pub(crate) mod status;
 mod unsent;
 
 use std::pin::Pin;
@@ -38,11 +38,11 @@ use octrees::Octrees;
 use pieces::Ahead;
 
 pub use in_process::in_process;
-pub use routes::Limits;
+pub use routes::{Limits, Offer};
 pub use server::{ServeError, Server};
 
 /// Most bytes of a message, well under the 4 MiB that clients take by default.
-const MAX_MESSAGE_BYTES: usize = 3 << 20;
+pub(crate) const MAX_MESSAGE_BYTES: usize = 3 << 20;
 
 /// Bytes that the image indexes of all scenes may take: some two million photographs.
 const IMAGE_INDEX_BYTES: usize = 512 << 20;

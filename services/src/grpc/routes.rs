@@ -17,12 +17,15 @@ use v1::footprint_service_server::FootprintServiceServer;
 use v1::ground_service_server::GroundServiceServer;
 use v1::panorama_service_server::PanoramaServiceServer;
 use v1::point_service_server::PointServiceServer;
+use v1::render_service_server::RenderServiceServer;
 use v1::scene_service_server::SceneServiceServer;
 
 use super::Services;
 use super::call::{self, Calls};
 use super::metrics::Metrics;
 use super::server::ServeError;
+use crate::page;
+use crate::render::Rendering;
 use crate::store::Catalog;
 
 /// How much a server takes on.
@@ -51,16 +54,33 @@ impl Default for Limits {
     }
 }
 
+/// What a server answers.
+#[derive(Clone, Default)]
+pub struct Offer {
+    /// The scenes of its data services; none: it has no data services.
+    pub data: Option<Catalog>,
+    /// What renders; none: it has no render service.
+    pub rendering: Option<Rendering>,
+}
+
+impl From<Catalog> for Offer {
+    /// The data services alone.
+    fn from(catalog: Catalog) -> Self {
+        Self { data: Some(catalog), rendering: None }
+    }
+}
+
 /// The services, and what is said about them.
 pub(super) struct Answers {
     pub(super) routes: Routes,
     pub(super) metrics: Metrics,
     health: HealthReporter,
+    /// Names of the services, as health checks know them; the empty one is the server.
+    names: Vec<&'static str>,
 }
 
-/// Names of the data services, as health checks know them; the empty one is the server.
-const NAMES: [&str; 6] = [
-    "",
+/// Names of the data services.
+const DATA: [&str; 5] = [
     SceneServiceServer::<Services>::NAME,
     FootprintServiceServer::<Services>::NAME,
     GroundServiceServer::<Services>::NAME,
@@ -79,8 +99,8 @@ Flaneur serves surveyed streets here, over gRPC and gRPC-Web (package flaneur.v1
 ";
 
 impl Answers {
-    /// The data services over a catalog, with health, reflection and metrics.
-    pub(super) async fn new(catalog: Catalog, limits: &Limits) -> Result<Self, ServeError> {
+    /// What is on offer, with health, reflection and metrics; and the page, where pictures are.
+    pub(super) async fn new(offer: Offer, limits: &Limits) -> Result<Self, ServeError> {
         let metrics = Metrics::new().map_err(|e| ServeError::SetUp(e.to_string()))?;
         let reflection = || {
             tonic_reflection::server::Builder::configure()
@@ -89,40 +109,51 @@ impl Answers {
         };
         let failed = |e: tonic_reflection::server::Error| ServeError::SetUp(e.to_string());
         let (health, health_service) = tonic_health::server::health_reporter();
-        let services = Services::new(catalog);
-        let grpc = Routes::new(SceneServiceServer::new(services.clone()))
-            .add_service(FootprintServiceServer::new(services.clone()))
-            .add_service(GroundServiceServer::new(services.clone()))
-            .add_service(PanoramaServiceServer::new(services.clone()))
-            .add_service(PointServiceServer::new(services))
-            .add_service(health_service)
+        let mut grpc = Routes::new(health_service)
             .add_service(reflection().build_v1().map_err(failed)?)
             .add_service(reflection().build_v1alpha().map_err(failed)?);
+        let mut names = vec![""];
+        if let Some(catalog) = offer.data {
+            let services = Services::new(catalog);
+            grpc = grpc
+                .add_service(SceneServiceServer::new(services.clone()))
+                .add_service(FootprintServiceServer::new(services.clone()))
+                .add_service(GroundServiceServer::new(services.clone()))
+                .add_service(PanoramaServiceServer::new(services.clone()))
+                .add_service(PointServiceServer::new(services));
+            names.extend(DATA);
+        }
+        let has_page = offer.rendering.is_some() && page::is_there();
+        if let Some(rendering) = offer.rendering {
+            grpc = grpc.add_service(RenderServiceServer::new(rendering));
+            names.push(RenderServiceServer::<Rendering>::NAME);
+        }
         let calls = Calls::new(metrics.clone(), limits);
         let router = grpc
             .into_axum_router()
             .layer(middleware::from_fn_with_state(calls, call::around))
             // Refuses HTTP/1 that is not gRPC-Web, so the pages stay outside of it.
             .layer(GrpcWebLayer::new())
-            .merge(pages(&metrics));
-        let answers = Self { routes: Routes::from(router).prepare(), metrics, health };
+            .merge(pages(&metrics, has_page));
+        let answers = Self { routes: Routes::from(router).prepare(), metrics, health, names };
         answers.set_health(ServingStatus::Serving).await;
         Ok(answers)
     }
 
     /// Tells health checks whether new calls are welcome.
     pub(super) async fn set_health(&self, status: ServingStatus) {
-        for name in NAMES {
+        for &name in &self.names {
             self.health.set_service_status(name, status).await;
         }
     }
 }
 
 /// The pages that are plain HTTP.
-fn pages(metrics: &Metrics) -> Router {
+fn pages(metrics: &Metrics, has_page: bool) -> Router {
     let metrics = metrics.clone();
-    Router::new().route("/", get(async || GREETING)).route("/healthz", get(async || "ok\n")).route(
+    let plain = Router::new().route("/healthz", get(async || "ok\n")).route(
         "/metrics",
         get(async move || ([(CONTENT_TYPE, "text/plain; version=0.0.4")], metrics.render())),
-    )
+    );
+    if has_page { plain.merge(page::routes()) } else { plain.route("/", get(async || GREETING)) }
 }

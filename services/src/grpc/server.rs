@@ -10,8 +10,7 @@ use tonic_health::ServingStatus;
 use tower_http::cors::{Any, CorsLayer};
 
 use super::connections::connections;
-use super::routes::{Answers, Limits};
-use crate::store::Catalog;
+use super::routes::{Answers, Limits, Offer};
 
 /// How long calls in flight may go on once the server is asked to stop.
 const DRAIN: Duration = Duration::from_secs(10);
@@ -56,14 +55,14 @@ pub struct Server {
 impl Server {
     /// Listens on `address`; port 0 is any free one. Calls wait until [`Server::serve`].
     pub async fn bind(
-        catalog: Catalog,
+        offer: impl Into<Offer>,
         address: SocketAddr,
         limits: Limits,
     ) -> Result<Self, ServeError> {
         let failed = |source| ServeError::Bind { address, source };
         let listener = listen(address).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
-        let answers = Answers::new(catalog, &limits).await?;
+        let answers = Answers::new(offer.into(), &limits).await?;
         Ok(Self { listener, address, answers, limits })
     }
 

@@ -20,7 +20,7 @@ const RETRY_CALLS: Duration = Duration::from_millis(250);
 const RETRY_STORE: Duration = Duration::from_secs(1);
 
 /// INVALID_ARGUMENT that names the field, in words and as `google.rpc.BadRequest`.
-pub(super) fn invalid(error: &FieldError) -> Status {
+pub(crate) fn invalid(error: &FieldError) -> Status {
     let details = ErrorDetails::with_bad_request_violation(&error.field, &error.problem);
     Status::with_error_details(Code::InvalidArgument, error.to_string(), details)
 }

@@ -24,7 +24,7 @@ use crate::names::{Names, Pattern};
 use crate::payload_cache::PayloadCache;
 use crate::source::{Source, note, stream_exit};
 use crate::viewpoints::{Height, Size, Viewpoint, parse_fov, parse_height, read_path, view_like};
-use picture::PictureFormat;
+use picture::format_of;
 use report::{FrameReport, Report};
 
 /// Frames that are rendered for a view, at most, to find out what holds a budget.
@@ -114,7 +114,7 @@ pub(crate) struct RenderArguments {
 /// Renders every view that is asked for.
 pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result<(), Exit> {
     let started = Instant::now();
-    let format = PictureFormat::of(&arguments.out)?;
+    let format = format_of(&arguments.out)?;
     for file in [Some(&arguments.out), arguments.report.as_ref()].into_iter().flatten() {
         atomic_file::check_folder(file)?;
     }
@@ -150,7 +150,8 @@ pub(crate) async fn run(arguments: RenderArguments, context: &Context) -> Result
         fetch(&mut streamer, &mut session.renderer, view, &arguments, context).await?;
         let bytes_received = streamer.statistics().bytes_received;
         let frame = session.render(view, &file, bytes_received)?;
-        let encoded = tokio::task::block_in_place(|| format.encode(&frame))?;
+        let encoded =
+            tokio::task::block_in_place(|| format.encode(&frame)).map_err(Exit::failed)?;
         atomic_file::write(&file, &encoded)?;
         if context.cancel.is_cancelled() {
             return Err(Exit::Interrupted);

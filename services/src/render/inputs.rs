@@ -1,0 +1,144 @@
+//! What a client says in the course of a session. Only the latest counts.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use flaneur_proto::{FieldError, v1};
+use tokio::sync::Notify;
+use tokio::time::Instant;
+use tonic::Status;
+
+use super::wanted::{Wanted, Wish};
+use super::{RenderOptions, refuse};
+use crate::grpc::status;
+
+/// What was said last, shared by whoever hears it and the session that follows it.
+#[derive(Debug)]
+pub(super) struct Inputs {
+    scene: String,
+    options: Arc<RenderOptions>,
+    heard: Mutex<Heard>,
+    /// Told at every change.
+    pub(super) changed: Notify,
+}
+
+/// What was said last.
+#[derive(Clone, Debug)]
+pub(super) struct Heard {
+    pub(super) wanted: Wanted,
+    pub(super) wish: Wish,
+    /// Number of the last frame that was received.
+    pub(super) received: u64,
+    pub(super) at: Instant,
+    /// Nothing more will be.
+    pub(super) closed: bool,
+    allowance: Allowance,
+}
+
+/// Views that may still come at once.
+#[derive(Clone, Copy, Debug)]
+struct Allowance {
+    views: f64,
+    at: Instant,
+}
+
+/// Why an update was not taken.
+#[derive(Debug)]
+pub(super) enum Refusal {
+    /// It must not be sent again.
+    Bad(FieldError),
+    /// After a while it may.
+    TooFast(Duration),
+}
+
+impl Inputs {
+    /// Those of the session that begins with `update`.
+    pub(super) fn begin(
+        update: v1::ViewUpdate,
+        options: &Arc<RenderOptions>,
+    ) -> Result<Self, FieldError> {
+        let view = update.view.ok_or_else(|| FieldError::new("view", "is absent"))?;
+        let wanted = Wanted::new(update.sequence, view, options)?;
+        let wish = wish(update.quality.as_ref())?;
+        let at = wanted.since;
+        let allowance = Allowance { views: f64::from(options.views_per_s), at };
+        let heard = Heard { wanted, wish, received: 0, at, closed: false, allowance };
+        Ok(Self {
+            scene: update.scene,
+            options: Arc::clone(options),
+            heard: Mutex::new(heard),
+            changed: Notify::new(),
+        })
+    }
+
+    /// Takes a further update. One that is older than the last changes no view.
+    pub(super) fn update(&self, update: v1::ViewUpdate) -> Result<(), Refusal> {
+        if !(update.scene.is_empty() || update.scene == self.scene) {
+            let problem = format!("is {:?}, the session's is {:?}", update.scene, self.scene);
+            return Err(Refusal::Bad(FieldError::new("scene", problem)));
+        }
+        let view = update.view.map(|view| Wanted::new(update.sequence, view, &self.options));
+        let view = view.transpose().map_err(Refusal::Bad)?;
+        let quality = update.quality.as_ref().map(|quality| wish(Some(quality)));
+        let quality = quality.transpose().map_err(Refusal::Bad)?;
+        let mut heard = self.locked();
+        let now = Instant::now();
+        heard.allowance.take(f64::from(self.options.views_per_s), now)?;
+        heard.at = now;
+        heard.received = heard.received.max(update.received_frame);
+        if let Some(view) = view.filter(|view| view.sequence > heard.wanted.sequence) {
+            heard.wanted = view;
+        }
+        heard.wish = quality.unwrap_or(heard.wish);
+        drop(heard);
+        self.changed.notify_one();
+        Ok(())
+    }
+
+    /// The client says no more.
+    pub(super) fn close(&self) {
+        self.locked().closed = true;
+        self.changed.notify_one();
+    }
+
+    /// What was said last.
+    pub(super) fn heard(&self) -> Heard {
+        self.locked().clone()
+    }
+
+    /// Name of the scene.
+    pub(super) fn scene(&self) -> &str {
+        &self.scene
+    }
+
+    fn locked(&self) -> MutexGuard<'_, Heard> {
+        self.heard.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Allowance {
+    fn take(&mut self, per_s: f64, now: Instant) -> Result<(), Refusal> {
+        let passed = now.saturating_duration_since(self.at).as_secs_f64();
+        (self.views, self.at) = ((self.views + per_s * passed).min(per_s), now);
+        if self.views < 1.0 {
+            let wait = (1.0 - self.views) / per_s.max(1.0);
+            return Err(Refusal::TooFast(Duration::from_secs_f64(wait)));
+        }
+        self.views -= 1.0;
+        Ok(())
+    }
+}
+
+impl Refusal {
+    /// The status of a call that did nothing else.
+    pub(super) fn status(&self, options: &RenderOptions) -> Status {
+        match self {
+            Self::Bad(error) => status::invalid(error),
+            Self::TooFast(wait) => refuse::too_fast(options.views_per_s, *wait),
+        }
+    }
+}
+
+fn wish(quality: Option<&v1::Quality>) -> Result<Wish, FieldError> {
+    Wish::new(quality).map_err(|e| e.within("quality"))
+}

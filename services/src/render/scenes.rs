@@ -1,0 +1,134 @@
+//! The scenes that are on the device.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use flaneur_renderer::Gpu;
+use flaneur_streamer::{Client, Servers, StreamOptions, Streamer};
+use tokio::sync::Mutex;
+use tonic::Status;
+
+use super::feeder::{Feeder, Note};
+use super::residents::FeederId;
+use super::stage::Stage;
+use super::wanted::{Wanted, Wish};
+use super::{RenderOptions, refuse};
+
+/// Scenes by name, opened when somebody wants them.
+pub(super) struct Scenes {
+    servers: Servers,
+    gpu: Gpu,
+    options: Arc<RenderOptions>,
+    open: Mutex<Open>,
+}
+
+struct Open {
+    by_name: HashMap<String, Entry>,
+    /// One whose shaders are compiled already.
+    spare: Option<Stage>,
+    /// How often scenes were asked for.
+    uses: u64,
+}
+
+struct Entry {
+    scene: Arc<OpenScene>,
+    /// When it was last asked for.
+    used: u64,
+}
+
+/// A scene on the device, and where it comes from.
+pub(super) struct OpenScene {
+    /// From which those of its visitors come.
+    pub(super) streamer: Streamer,
+    pub(super) stage: Stage,
+    feeders: AtomicU64,
+}
+
+/// One who looks at a scene; leaves it when dropped.
+pub(super) struct Visit {
+    pub(super) scene: Arc<OpenScene>,
+    pub(super) feeder: Arc<Feeder>,
+    pub(super) notes: tokio::sync::mpsc::UnboundedReceiver<Note>,
+}
+
+impl Scenes {
+    pub(super) fn new(
+        servers: Servers,
+        gpu: Gpu,
+        options: Arc<RenderOptions>,
+    ) -> std::io::Result<Self> {
+        let spare = Some(Stage::start(&gpu, &options)?);
+        let open = Mutex::new(Open { by_name: HashMap::new(), spare, uses: 0 });
+        Ok(Self { servers, gpu, options, open })
+    }
+
+    /// The scene as it is published now.
+    ///
+    /// # Errors
+    /// Where there is none of that name, its server does not answer, or too many others are being
+    /// looked at.
+    pub(super) async fn open(&self, name: &str) -> Result<Arc<OpenScene>, Status> {
+        let client = Client::new(self.servers.clone(), name);
+        let info = client.scene().await.map_err(|e| refuse::of_stream(&e))?;
+        let mut open = self.open.lock().await;
+        open.uses += 1;
+        let uses = open.uses;
+        if let Some(entry) = open.by_name.get_mut(name)
+            && entry.scene.streamer.info().version == info.version
+        {
+            entry.used = uses;
+            return Ok(Arc::clone(&entry.scene));
+        }
+        open.by_name.remove(name);
+        open.make_room(self.options.scenes)?;
+        let options = StreamOptions::default();
+        let streamer = Streamer::connect_with(self.servers.clone(), name, options)
+            .await
+            .map_err(|e| refuse::of_stream(&e))?;
+        let stage = match open.spare.take() {
+            Some(stage) => stage,
+            None => Stage::start(&self.gpu, &self.options)
+                .map_err(|e| Status::resource_exhausted(format!("no thread is left: {e}")))?,
+        };
+        let scene = Arc::new(OpenScene { streamer, stage, feeders: AtomicU64::new(0) });
+        let entry = Entry { scene: Arc::clone(&scene), used: uses };
+        open.by_name.insert(name.to_owned(), entry);
+        Ok(scene)
+    }
+}
+
+impl Open {
+    /// Closes the scene that was asked for longest ago and that nobody looks at, where there are
+    /// `most`.
+    fn make_room(&mut self, most: usize) -> Result<(), Status> {
+        while self.by_name.len() >= most.max(1) {
+            let idle =
+                self.by_name.iter().filter(|(_, entry)| Arc::strong_count(&entry.scene) == 1);
+            let Some(name) = idle.min_by_key(|(_, entry)| entry.used).map(|(name, _)| name.clone())
+            else {
+                return Err(refuse::busy("scenes are being looked at"));
+            };
+            self.by_name.remove(&name);
+        }
+        Ok(())
+    }
+}
+
+impl Visit {
+    pub(super) fn new(scene: Arc<OpenScene>, wanted: Wanted, wish: Wish) -> Self {
+        let id: FeederId = scene.feeders.fetch_add(1, Ordering::Relaxed);
+        let (feeder, notes) = Feeder::new(id, wanted, wish);
+        Self { scene, feeder: Arc::new(feeder), notes }
+    }
+
+    pub(super) fn stage(&self) -> &Stage {
+        &self.scene.stage
+    }
+}
+
+impl Drop for Visit {
+    fn drop(&mut self) {
+        self.scene.stage.leave(self.feeder.id);
+    }
+}

@@ -1,0 +1,205 @@
+//! The calls.
+
+use std::sync::Arc;
+
+use flaneur_proto::{FieldError, v1};
+use flaneur_renderer::{Gpu, RenderError};
+use flaneur_streamer::Servers;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
+use tokio_stream::wrappers::ReceiverStream;
+use tonic::{Request, Response, Status, Streaming};
+
+use super::inputs::{Inputs, Refusal};
+use super::scenes::Scenes;
+use super::sessions::{Sessions, check_name};
+use super::wanted::{Wanted, Wish};
+use super::{RenderOptions, refuse, session, still};
+use crate::grpc::status;
+
+/// The render service. Clones are the same service.
+#[derive(Clone)]
+pub struct Rendering {
+    options: Arc<RenderOptions>,
+    /// What there is to render with, or why there is nothing.
+    scenes: Result<Arc<Scenes>, Arc<str>>,
+    sessions: Arc<Sessions>,
+    /// One for each session, and each picture that is waited for.
+    places: Arc<Semaphore>,
+    adapter: Option<Arc<str>>,
+}
+
+impl Rendering {
+    /// Renders the scenes that `servers` have. Where the machine has no driver every call is answered
+    /// UNAVAILABLE, with the remedy. Takes a moment: the driver is opened.
+    pub fn new(servers: impl Into<Servers>, options: RenderOptions) -> Self {
+        let options = Arc::new(options);
+        let gpu = Gpu::new();
+        let adapter = gpu.as_ref().ok().map(|gpu| Arc::from(gpu.adapter_name()));
+        let scenes = gpu.and_then(|gpu| {
+            let scenes = Scenes::new(servers.into(), gpu, Arc::clone(&options));
+            scenes.map(Arc::new).map_err(|e| RenderError::Driver(e.to_string()))
+        });
+        let scenes = scenes.map_err(|error| Arc::from(error.to_string()));
+        let places = Arc::new(Semaphore::new(options.sessions));
+        Self { options, scenes, sessions: Arc::default(), places, adapter }
+    }
+
+    /// Name of the adapter that renders, or why none does.
+    pub fn adapter(&self) -> Result<&str, &str> {
+        match (&self.scenes, &self.adapter) {
+            (Err(reason), _) => Err(reason),
+            (Ok(_), adapter) => Ok(adapter.as_deref().unwrap_or_default()),
+        }
+    }
+
+    fn scenes(&self) -> Result<&Arc<Scenes>, Status> {
+        self.scenes.as_ref().map_err(|reason| {
+            Status::unavailable(format!(
+                "this server cannot render: {reason}; or ask another server"
+            ))
+        })
+    }
+
+    fn place(&self) -> Result<OwnedSemaphorePermit, Status> {
+        let place = Arc::clone(&self.places).try_acquire_owned();
+        place.map_err(|_| refuse::busy("sessions"))
+    }
+
+    /// The frames of a session, until `ending` says why there are no more. The task behind them ends
+    /// when nobody takes them.
+    async fn begin(
+        &self,
+        inputs: Arc<Inputs>,
+        ending: impl Future<Output = Status> + Send + 'static,
+    ) -> Result<Response<FrameStream>, Status> {
+        let scenes = self.scenes()?;
+        let place = self.place()?;
+        let scene = scenes.open(inputs.scene()).await?;
+        let (frames, receiver) = mpsc::channel(1);
+        let options = Arc::clone(&self.options);
+        tokio::spawn(async move {
+            let status = tokio::select! {
+                outcome = session::run(scene, inputs, options, frames.clone()) => outcome.err(),
+                status = ending => Some(status),
+            };
+            if let Some(status) = status {
+                // Nobody may listen any more.
+                drop(frames.send(Err(status)).await);
+            }
+            drop(place);
+        });
+        Ok(Response::new(ReceiverStream::new(receiver)))
+    }
+}
+
+/// Hears what a client says until it says no more; ends with what was wrong.
+async fn listen(
+    mut updates: Streaming<v1::ViewUpdate>,
+    inputs: Arc<Inputs>,
+    options: Arc<RenderOptions>,
+) -> Status {
+    loop {
+        let update = match updates.message().await {
+            Ok(Some(update)) => update,
+            Ok(None) => {
+                inputs.close();
+                return std::future::pending().await;
+            }
+            Err(status) => return status,
+        };
+        match inputs.update(update.clone()) {
+            Ok(()) => {}
+            Err(refusal @ Refusal::Bad(_)) => return refusal.status(&options),
+            // What follows waits on the wire.
+            Err(Refusal::TooFast(wait)) => {
+                tokio::time::sleep(wait).await;
+                if let Err(refusal) = inputs.update(update) {
+                    return refusal.status(&options);
+                }
+            }
+        }
+    }
+}
+
+/// Frames as they are made.
+type FrameStream = ReceiverStream<Result<v1::Frame, Status>>;
+
+#[tonic::async_trait]
+impl v1::render_service_server::RenderService for Rendering {
+    async fn render_frame(
+        &self,
+        request: Request<v1::RenderFrameRequest>,
+    ) -> Result<Response<v1::Frame>, Status> {
+        let request = request.into_inner();
+        let view = view_of(request.view).and_then(|view| Wanted::new(1, view, &self.options));
+        let wanted = view.map_err(|e| status::invalid(&e.within("view")))?;
+        let wish = Wish::new(request.quality.as_ref());
+        let wish = wish.map_err(|e| status::invalid(&e.within("quality")))?;
+        let scenes = self.scenes()?;
+        let _place = self.place()?;
+        let scene = scenes.open(&request.scene).await?;
+        still::frame(scene, wanted, wish, &self.options).await.map(Response::new)
+    }
+
+    type NavigateStream = FrameStream;
+
+    async fn navigate(
+        &self,
+        request: Request<Streaming<v1::ViewUpdate>>,
+    ) -> Result<Response<FrameStream>, Status> {
+        self.scenes()?;
+        let mut updates = request.into_inner();
+        let first = updates.message().await?;
+        let first = first.ok_or_else(|| Status::invalid_argument("no view was sent"))?;
+        let inputs = Inputs::begin(first, &self.options).map_err(|e| status::invalid(&e))?;
+        let inputs = Arc::new(inputs);
+        let ending = listen(updates, Arc::clone(&inputs), Arc::clone(&self.options));
+        self.begin(inputs, ending).await
+    }
+
+    type WatchStream = FrameStream;
+
+    async fn watch(
+        &self,
+        request: Request<v1::WatchRequest>,
+    ) -> Result<Response<FrameStream>, Status> {
+        let v1::WatchRequest { session, update } = request.into_inner();
+        check_name(&session).map_err(|e| status::invalid(&e))?;
+        let update = update.ok_or_else(|| FieldError::new("update", "is absent"));
+        let inputs = update
+            .and_then(|update| Inputs::begin(update, &self.options).map_err(|e| e.within("update")))
+            .map_err(|e| status::invalid(&e))?;
+        let inputs = Arc::new(inputs);
+        let watched = self.sessions.watch(session, Arc::clone(&inputs));
+        self.begin(inputs, async move {
+            // The session is known for as long as its frames are.
+            watched.superseded.cancelled().await;
+            Status::aborted("the session is watched by another call")
+        })
+        .await
+    }
+
+    async fn update_view(
+        &self,
+        request: Request<v1::UpdateViewRequest>,
+    ) -> Result<Response<v1::UpdateViewResponse>, Status> {
+        let v1::UpdateViewRequest { session, update } = request.into_inner();
+        let inputs = self.sessions.inputs(&session);
+        let inputs = inputs.ok_or_else(|| Status::not_found("no such session; watch again"))?;
+        let update = update.ok_or_else(|| FieldError::new("update", "is absent"));
+        let update = update.map_err(|e| status::invalid(&e))?;
+        inputs.update(update).map_err(|refusal| refusal.status(&self.options))?;
+        Ok(Response::new(v1::UpdateViewResponse {}))
+    }
+
+    async fn pick(
+        &self,
+        _: Request<v1::PickRequest>,
+    ) -> Result<Response<v1::PickResponse>, Status> {
+        Err(Status::unimplemented("soon"))
+    }
+}
+
+fn view_of(view: Option<v1::View>) -> Result<v1::View, FieldError> {
+    view.ok_or_else(|| FieldError::new("", "is absent"))
+}

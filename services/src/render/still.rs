@@ -1,0 +1,72 @@
+//! One picture, waited for until it is final.
+
+use std::sync::Arc;
+
+use flaneur_proto::v1;
+use flaneur_streamer::{Event, ViewRequest};
+use tonic::Status;
+
+use super::feeder::Note;
+use super::picture::{self, Encoded};
+use super::scenes::{OpenScene, Visit};
+use super::stage::{Manner, Painted};
+use super::wanted::{Wanted, Wish};
+use super::{RenderOptions, refuse};
+
+/// Quality of JPEG; a still is final.
+const QUALITY: u8 = 90;
+
+/// The final frame of a view.
+///
+/// # Errors
+/// Where something that the view wants cannot be had, or the view cannot be rendered.
+pub(super) async fn frame(
+    scene: Arc<OpenScene>,
+    wanted: Wanted,
+    wish: Wish,
+    options: &RenderOptions,
+) -> Result<v1::Frame, Status> {
+    let mut streamer = scene.streamer.beside();
+    let request = ViewRequest { limits: options.limits, ..ViewRequest::new(wanted.view) };
+    let (view, sequence) = (streamer.look(request), wanted.sequence);
+    let mut visit = Visit::new(scene, wanted, wish);
+    let feeder = Arc::clone(&visit.feeder);
+    let mut bytes_received = 0;
+    let (mut finished, mut applying) = (false, false);
+    while !finished {
+        let has_room = feeder.has_room();
+        if !has_room && !applying {
+            visit.stage().apply(&feeder);
+            applying = true;
+        }
+        tokio::select! {
+            () = feeder.room.notified() => applying = false,
+            Some(note) = visit.notes.recv() => match note {
+                Note::Dropped(update) => streamer.note(&update),
+                Note::Coarser(image, level) => streamer.note_level(&image, level),
+            },
+            event = streamer.next(), if has_room => match event {
+                Event::Update(update) => feeder.push(update),
+                Event::Progress(progress) if progress.view == view => {
+                    bytes_received = progress.bytes_received;
+                    finished = progress.finished;
+                }
+                Event::Fault { view: of, error } if of == view => {
+                    return Err(refuse::of_stream(&error));
+                }
+                Event::Progress(_) | Event::Fault { .. } => {}
+            },
+        }
+    }
+    let manner = Manner { finish: Some(sequence), patient: true };
+    let painted = loop {
+        let painted: Painted =
+            visit.stage().frame(&feeder, manner).await.map_err(|e| refuse::of_render(&e))?;
+        if painted.finished {
+            break painted;
+        }
+    };
+    let Encoded { message, since } = picture::encoded(painted, QUALITY).await?;
+    let latency_ms = since.elapsed().as_secs_f64() * 1e3;
+    Ok(v1::Frame { number: 1, complete: true, bytes_received, latency_ms, ..message })
+}
