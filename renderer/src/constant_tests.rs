@@ -6,7 +6,8 @@ use crate::Surface;
 use crate::mesh::reference::NO_MESH_M;
 use crate::shader_tests::sources;
 use crate::{
-    align, depth_map, depths, diffuse, gains, infer, pinhole, points, shade, splat, surface, tiles,
+    align, depth_map, depths, diffuse, gains, infer, pick, pinhole, points, shade, splat, surface,
+    tiles,
 };
 
 /// The name in shaders, its value on the host, and in which shader where the name means another
@@ -23,6 +24,7 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("SAME_SURFACE_M", surface::reference::SAME_SURFACE_M),
         ("RELIEF_M", surface::reference::RELIEF_M),
         ("NOTHING_M", NO_MESH_M),
+        ("HAS_RELIEF", pick::HAS_RELIEF.into()),
         ("KIND_BITS", depths::KIND_BITS.into()),
         ("SHOWS_MESH", depths::SHOWS_MESH.into()),
         ("SHOWS_POINT", depths::SHOWS_POINT.into()),

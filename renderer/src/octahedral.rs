@@ -17,6 +17,16 @@ pub(crate) fn plane_code(n: Vec3) -> u32 {
     }
 }
 
+/// The unit vector that a code stands for.
+pub(crate) fn vector(code: u32) -> Vec3 {
+    let p = Vec2::from_array(
+        [code as u16, (code >> 16) as u16].map(|half| (f32::from(half as i16) / 32767.0).max(-1.0)),
+    );
+    let z = 1.0 - p.x.abs() - p.y.abs();
+    let fold = (-z).max(0.0);
+    (p - fold * Vec2::ONE.copysign(p)).extend(z).normalize()
+}
+
 /// On the octahedron |x| + |y| + |z| = 1, its lower half folded outwards.
 fn code(n: Vec3) -> u32 {
     let p = Vec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs());
@@ -60,6 +70,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let source = [WGSL, KERNEL].concat();
         let found: Vec<[f32; 4]> = run(&source, &[bytemuck::cast_slice(&codes)], count, count);
         for ((n, code), [x, y, z, again]) in vectors.into_iter().zip(codes).zip(found) {
+            let on_host = vector(code);
+            assert!(on_host.distance(Vec3::new(x, y, z)) < 1e-6, "{code:x}: {on_host}");
             let sine = n.as_dvec3().cross(Vec3::new(x, y, z).as_dvec3()).length();
             assert!(sine < UNIT_VECTOR_RAD, "{n} became {x} {y} {z}");
             // The four corners of the square are one direction.

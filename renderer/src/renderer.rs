@@ -25,6 +25,7 @@ use crate::targets::Targets;
 use crate::tiles::{self, TilePass};
 use crate::{Applied, Gpu, Mode, RenderError, Settings, Texturing, depths, lens};
 
+mod pick;
 mod room;
 
 use room::Picture;
@@ -55,8 +56,8 @@ pub struct Renderer {
     targets: Option<Targets>,
     /// Where the next views are expected.
     eye: DVec3,
-    /// The axis of the last frame's view, world.
-    last_forward: DVec3,
+    /// The view of the last frame, at the size at which it was computed, and the size it was asked for.
+    last: Option<(View, UVec2)>,
 }
 
 impl Renderer {
@@ -87,7 +88,7 @@ impl Renderer {
             gains: Gains::new(gpu),
             targets: None,
             eye: DVec3::ZERO,
-            last_forward: DVec3::Z,
+            last: None,
         }
     }
 
@@ -296,7 +297,9 @@ impl Renderer {
             mesh: &self.mesh,
             points: &self.points,
         };
-        self.maps.prepare(gpu, stages.encoder(), &sources, &selected);
+        let mapped: Vec<_> =
+            selected.iter().map(|(id, photograph, _)| (*id, *photograph)).collect();
+        self.maps.prepare(gpu, stages.encoder(), &sources, &mapped);
         stages.ended("depth maps")?;
         if settings.exposure_gains {
             let (maps, atlas) = (&self.maps, &self.photographs.atlas);
@@ -443,7 +446,7 @@ impl Renderer {
         let frame = Frame::from_coded(size, targets.read_picture(gpu)?, stats);
         let frame = frame.enlarged(whole_size);
         stages.ended("read back")?;
-        self.last_forward = view.camera.forward();
+        self.last = Some((*view, whole_size));
         Ok((frame, stages.times()))
     }
 
@@ -454,9 +457,11 @@ impl Renderer {
     /// # Errors
     /// Where the driver fails.
     pub fn last_depths(&self) -> Result<Vec<Option<f32>>, RenderError> {
-        match &self.targets {
-            Some(targets) => depths::read(&self.gpu, &targets.records.positions, self.last_forward),
-            None => Ok(Vec::new()),
+        match (&self.targets, &self.last) {
+            (Some(targets), Some((view, _))) => {
+                depths::read(&self.gpu, &targets.records.positions, view.camera.forward())
+            }
+            _ => Ok(Vec::new()),
         }
     }
 

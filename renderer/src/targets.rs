@@ -60,13 +60,10 @@ impl Targets {
             |format, size, usage| texture(format, size, usage).create_view(&Default::default());
         let drawn = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
         let target = TextureUsages::RENDER_ATTACHMENT;
+        let read = drawn | TextureUsages::COPY_SRC;
         let records = || Records {
-            positions: view(
-                surface::POSITION_FORMAT,
-                picture_size,
-                drawn | TextureUsages::COPY_SRC,
-            ),
-            orientations: view(surface::ORIENTATION_FORMAT, picture_size, drawn),
+            positions: view(surface::POSITION_FORMAT, picture_size, read),
+            orientations: view(surface::ORIENTATION_FORMAT, picture_size, read),
         };
         Self {
             gbuffer_size,

@@ -4,12 +4,14 @@ use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 
-use flaneur_scene::{ImageId, ImageUpdate, Panorama, SceneInfo, SceneUpdate};
+use flaneur_scene::{ImageId, ImageUpdate, Panorama, PointNodeId, SceneInfo, SceneUpdate};
 use futures::Stream;
+use glam::DVec3;
 use tokio::sync::mpsc;
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
 
 use crate::cache::{Cache, CacheOptions};
+use crate::decode::SurveyedPoint;
 use crate::load::Loader;
 use crate::plan::Order;
 use crate::servers::Servers;
@@ -133,6 +135,20 @@ impl Streamer {
         id: &ImageId,
     ) -> Result<Option<Arc<ImageUpdate>>, StreamError> {
         session::photograph(&self.loader, panorama, id).await
+    }
+
+    /// The surveyed point that is nearest to `place` (world) and within `reach_m` metres of it, of the
+    /// nodes that are `shown`; `None` where there is none.
+    ///
+    /// # Errors
+    /// Where the service fails, or sends what are no such points.
+    pub async fn point_at(
+        &self,
+        place: DVec3,
+        reach_m: f64,
+        shown: impl Fn(&PointNodeId) -> bool + Sync,
+    ) -> Result<Option<SurveyedPoint>, StreamError> {
+        session::point_at(&self.loader, place, reach_m, &shown).await
     }
 
     /// Looks at something from now on; the number of this view, by which its progress is told. What

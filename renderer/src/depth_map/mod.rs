@@ -12,7 +12,6 @@ use crate::camera::gpu_data::Camera;
 use crate::mesh::{self, MeshPass, MeshStore};
 use crate::photographs::{Photograph, PhotographStore};
 use crate::points::{PointStore, Precedence};
-use crate::shade::photograph::Standing;
 use crate::splat::{self, SplatPass};
 use crate::{Gpu, Settings, memory};
 
@@ -126,6 +125,12 @@ impl DepthMaps {
         self.slots.get(id).map(|slot| slot.drawn)
     }
 
+    /// What is read of maps by those who ask for a place: mesh depth with its uncertainty, and point
+    /// depth, in the layers of [`DepthMaps::mesh_view`] and [`DepthMaps::points_view`].
+    pub(crate) fn textures(&self) -> [&wgpu::Texture; 2] {
+        [&self.textures.mesh, &self.textures.points]
+    }
+
     /// All layers of mesh depth, each before that of its uncertainty.
     pub(crate) fn mesh_view(&self) -> wgpu::TextureView {
         self.textures.mesh.create_view(&wgpu::TextureViewDescriptor {
@@ -184,16 +189,16 @@ impl DepthMaps {
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         sources: &Sources<'_>,
-        selected: &[(&ImageId, &Photograph, Standing)],
+        selected: &[(&ImageId, &Photograph)],
     ) {
         self.frame += 1;
         self.reserve(gpu, selected.len());
-        for (id, ..) in selected {
+        for (id, _) in selected {
             if let Some(slot) = self.slots.get_mut(*id) {
                 slot.last_used = self.frame;
             }
         }
-        for (id, photograph, _) in selected {
+        for (id, photograph) in selected {
             self.assign(id);
             let Some(slot) = self.slots.get_mut(*id) else { continue };
             let camera = Camera::new(&photograph.camera, &photograph.map);
@@ -313,7 +318,11 @@ impl Textures {
         let copied = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
         Self {
             layers,
-            mesh: texture(mesh::MAP_FORMAT, 2 * layers as u32, bound),
+            mesh: texture(
+                mesh::MAP_FORMAT,
+                2 * layers as u32,
+                bound | wgpu::TextureUsages::COPY_SRC,
+            ),
             points: texture(POINTS_FORMAT, layers as u32, bound | copied),
             scratch: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("depth map of points"),

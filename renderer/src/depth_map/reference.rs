@@ -31,7 +31,10 @@
 //! of its visibility, less and less towards 40 cm. Beside a photograph that sees the place this
 //! counts for nothing; where none does, the place is not left without colour.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+
+use crate::pinhole::Pinhole;
+use crate::surface::reference::Shown;
 
 /// What one texel knows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,4 +98,42 @@ pub(crate) fn visibility(
     }
     let hidden_by_m = z - relief - bias - POINT_NOISE_M - occluders.point_m;
     if hidden_by_m <= 0.0 { 1.0 } else { UNDECIDED * (1.0 - hidden_by_m / UNDECIDED_M).max(0.0) }
+}
+
+/// From the first of four texels to each of them.
+pub(crate) const CORNERS: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE];
+
+/// Share of the four texels of a map around the place `c` (camera frame) that see it, by bilinear
+/// weight. `n`: its normal, camera frame; `bias`: see [`depth_bias`]; `known`: what the texels know, in
+/// the order of [`CORNERS`].
+pub(crate) fn visible_share(
+    map: &Pinhole,
+    c: DVec3,
+    n: DVec3,
+    bias: f64,
+    shown: &Shown,
+    known: &[Occluders; 4],
+) -> f64 {
+    let at = map.focal * (c.truncate() / c.z) + map.centre - 0.5;
+    let (first, t) = (at.floor(), at - at.floor());
+    let place = if shown.is_point { Place::Point } else { Place::Mesh };
+    CORNERS
+        .into_iter()
+        .zip(known)
+        .map(|(step, &occluders)| {
+            let ray = ((first + step + 0.5 - map.centre) / map.focal).extend(1.0);
+            let z = depth_on_texel_ray(c, n, ray);
+            let relief = relief_depth(shown.relief_m, n, ray);
+            let share = DVec2::ONE - step + (2.0 * step - 1.0) * t;
+            share.x * share.y * visibility(z, bias, place, relief, occluders)
+        })
+        .sum()
+}
+
+/// Metres between the ranks of what a map of points holds, see points/remote.rs.
+const RANK_M: f64 = 16_384.0;
+
+/// Depth of the point that a map's texel holds, metres; infinite where there is none.
+pub(crate) fn nearest_point_m(held: f32) -> f64 {
+    if held.is_nan() { f64::INFINITY } else { f64::from(held).rem_euclid(RANK_M) }
 }

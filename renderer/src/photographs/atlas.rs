@@ -93,6 +93,11 @@ impl Atlas {
         self.layout.remove(place);
     }
 
+    /// The array that holds what lies at `place`.
+    pub(super) fn texture(&self, place: &Place) -> &wgpu::Texture {
+        &self.textures[place.array]
+    }
+
     /// Where photographs lie.
     pub(super) fn layout(&self) -> &Layout {
         &self.layout

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use flaneur_scene::{Distortion, ImageId, ImageUpdate, Lens, PosedCamera};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3, UVec2};
 
 use crate::frustum::Frustum;
 use crate::lens::gpu_data::Lens as LensData;
@@ -160,6 +160,18 @@ impl PhotographStore {
         rigs: usize,
         limit: usize,
     ) -> Vec<(&ImageId, &Photograph, Standing)> {
+        let mut selected = self.nearest(eye, rigs);
+        selected.retain(|(_, photograph, _)| photograph.frustum.meets(view));
+        selected.truncate(limit);
+        selected
+    }
+
+    /// The photographs of the `rigs` rigs nearest to `eye`, nearest first and each rig's together.
+    pub(crate) fn nearest(
+        &self,
+        eye: DVec3,
+        rigs: usize,
+    ) -> Vec<(&ImageId, &Photograph, Standing)> {
         let mut by_rig: BTreeMap<&str, Vec<(&ImageId, &Photograph)>> = BTreeMap::new();
         for (id, photograph) in &self.photographs {
             by_rig.entry(id.panorama()).or_default().push((id, photograph));
@@ -173,17 +185,29 @@ impl PhotographStore {
             .collect();
         nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
         let left_out_2 = nearest.get(rigs).map_or(f64::INFINITY, |(distance_2, _)| *distance_2);
-        let mut selected: Vec<_> = (0..)
+        (0..)
             .zip(nearest.into_iter().take(rigs))
             .flat_map(|(rig, (nearest_2, photographs))| {
                 let weight = rig_weight(nearest_2.sqrt(), left_out_2.sqrt());
                 let standing = Standing { rig, rigs, nearest_2, weight };
                 photographs.into_iter().map(move |(id, photograph)| (id, photograph, standing))
             })
-            .filter(|(_, photograph, _)| photograph.frustum.meets(view))
-            .collect();
-        selected.truncate(limit);
-        selected
+            .collect()
+    }
+
+    /// Where the texel of a photograph's `pixel` lies, of its resident level: texture, layer, and place
+    /// in that.
+    pub(crate) fn texel(&self, of: &Photograph, pixel: DVec2) -> (&wgpu::Texture, u32, UVec2) {
+        let last = of.resident.size.as_dvec2() - 1.0;
+        let pixel = pixel.floor().clamp(DVec2::ZERO, last).as_uvec2();
+        (self.atlas.texture(&of.place), of.place.layer, of.place.corner + pixel)
+    }
+}
+
+impl Photograph {
+    /// The lens of the level that is resident.
+    pub(crate) fn resident_lens(&self) -> &Lens {
+        &self.resident
     }
 }
 

@@ -10,9 +10,7 @@ use super::discs::{Discs, Point, Target};
 use super::pyramid::Pyramid;
 use super::triangles::Triangles;
 use crate::camera::NEAR_M;
-use crate::depth_map::reference::{
-    self, Occluders, depth_bias, depth_on_texel_ray, relief_depth, visibility,
-};
+use crate::depth_map::reference::{CORNERS, Occluders, depth_bias, visible_share};
 use crate::frustum::Frustum;
 use crate::gains::reference::{FOOTPRINT, LEAST_TEXELS, agreement, continuity, known_surface};
 use crate::mesh::reference::NO_MESH_M;
@@ -103,26 +101,14 @@ impl<'a> Photograph<'a> {
     /// Share of the four texels of the depth map around the place that see it, by bilinear
     /// weight.
     pub(super) fn visible_share(&self, shown: &Shown, seen: &Seen) -> f64 {
-        let Pinhole { focal, centre, .. } = self.map.pinhole;
+        let map = &self.map.pinhole;
         let c = seen.position;
         let n = self.camera.cam_from_world * shown.normal;
-        let at = focal * (c.truncate() / c.z) + centre - 0.5;
-        let (first, t) = (at.floor(), at - at.floor());
+        let first = (map.focal * (c.truncate() / c.z) + map.centre - 0.5).floor();
         let own_ray = (c.truncate() / c.z).extend(1.0);
-        let bias = depth_bias(c.z / focal.min_element(), self.pose_m, n, own_ray);
-        let place = if shown.is_point { reference::Place::Point } else { reference::Place::Mesh };
-        [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE]
-            .into_iter()
-            .map(|step| {
-                let texel = first + step;
-                let ray = self.map.ray(texel);
-                let z = depth_on_texel_ray(c, n, ray);
-                let relief = relief_depth(shown.relief_m, n, ray);
-                let share = DVec2::ONE - step + (2.0 * step - 1.0) * t;
-                let occluders = self.map.occluders(texel);
-                share.x * share.y * visibility(z, bias, place, relief, occluders)
-            })
-            .sum()
+        let bias = depth_bias(c.z / map.focal.min_element(), self.pose_m, n, own_ray);
+        let known = CORNERS.map(|step| self.map.occluders(first + step));
+        visible_share(map, c, n, bias, shown, &known)
     }
 
     /// Linear colour and mask where the place appears, for a picture that has `pixels_per_m` there and

@@ -6,6 +6,7 @@
 //! session   one client's walk: a streamer of its own, frames when they are due
 //! pace      how many frames a connection takes, and how large
 //! still     one picture, waited for
+//! pick      what a pixel shows
 //! scenes    what is open
 //! stage     a scene on the device, and the thread that renders it for all who look at it
 //! residents who has what there
@@ -18,6 +19,7 @@ mod feeder;
 mod inputs;
 mod options;
 mod pace;
+mod pick;
 mod picture;
 mod refuse;
 mod residents;

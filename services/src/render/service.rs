@@ -5,6 +5,7 @@ use std::sync::Arc;
 use flaneur_proto::{FieldError, v1};
 use flaneur_renderer::{Gpu, RenderError};
 use flaneur_streamer::Servers;
+use glam::DVec2;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
 use tonic::{Request, Response, Status, Streaming};
@@ -13,8 +14,11 @@ use super::inputs::{Inputs, Refusal};
 use super::scenes::Scenes;
 use super::sessions::{Sessions, check_name};
 use super::wanted::{Wanted, Wish};
-use super::{RenderOptions, refuse, session, still};
+use super::{RenderOptions, pick, refuse, session, still};
 use crate::grpc::status;
+
+/// Most picks at a time; more wait.
+const PICKS: usize = 4;
 
 /// The render service. Clones are the same service.
 #[derive(Clone)]
@@ -25,6 +29,8 @@ pub struct Rendering {
     sessions: Arc<Sessions>,
     /// One for each session, and each picture that is waited for.
     places: Arc<Semaphore>,
+    /// One for each pick: who asks a lot at once must not keep those waiting who walk.
+    picks: Arc<Semaphore>,
     adapter: Option<Arc<str>>,
 }
 
@@ -41,7 +47,8 @@ impl Rendering {
         });
         let scenes = scenes.map_err(|error| Arc::from(error.to_string()));
         let places = Arc::new(Semaphore::new(options.sessions));
-        Self { options, scenes, sessions: Arc::default(), places, adapter }
+        let picks = Arc::new(Semaphore::new(PICKS));
+        Self { options, scenes, sessions: Arc::default(), places, picks, adapter }
     }
 
     /// Name of the adapter that renders, or why none does.
@@ -194,9 +201,18 @@ impl v1::render_service_server::RenderService for Rendering {
 
     async fn pick(
         &self,
-        _: Request<v1::PickRequest>,
+        request: Request<v1::PickRequest>,
     ) -> Result<Response<v1::PickResponse>, Status> {
-        Err(Status::unimplemented("soon"))
+        let request = request.into_inner();
+        let view = view_of(request.view).and_then(|view| Wanted::new(1, view, &self.options));
+        let wanted = view.map_err(|e| status::invalid(&e.within("view")))?;
+        let pixel = request.pixel.ok_or_else(|| FieldError::new("", "is absent"));
+        let pixel = pixel.and_then(DVec2::try_from);
+        let pixel = pixel.map_err(|e| status::invalid(&e.within("pixel")))?;
+        let scene = self.scenes()?.open(&request.scene).await?;
+        let _turn = self.picks.acquire().await;
+        let place = pick::place(&scene, wanted, pixel, request.photographs).await?;
+        Ok(Response::new(v1::PickResponse { place }))
     }
 }
 

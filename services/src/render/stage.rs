@@ -3,12 +3,13 @@
 //! Whoever wants something from it gives an order and waits for the answer before the next: so all
 //! have their turn, in the order in which they asked.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use flaneur_renderer::{Applied, Frame, FrameBudget, Gpu, RenderError, Renderer};
-use flaneur_scene::SceneUpdate;
+use flaneur_renderer::{Applied, Frame, FrameBudget, Gpu, Mode, Picked, RenderError, Renderer};
+use flaneur_scene::{PointNodeId, SceneUpdate, View};
+use glam::DVec2;
 use tokio::sync::{mpsc, oneshot};
 
 use super::RenderOptions;
@@ -54,7 +55,16 @@ pub(super) struct Manner {
 enum Order {
     Apply(Arc<Feeder>),
     Frame(Arc<Feeder>, Manner, oneshot::Sender<Result<Painted, RenderError>>),
+    Pick(Box<Wanted>, DVec2, oneshot::Sender<Result<Option<Found>, RenderError>>),
     Leave(FeederId),
+}
+
+/// What a pixel shows.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub(super) picked: Picked,
+    /// The nodes of points that are on the device.
+    pub(super) nodes: BTreeSet<PointNodeId>,
 }
 
 impl Stage {
@@ -92,6 +102,20 @@ impl Stage {
         answer.await.unwrap_or_else(|_| Err(gone()))
     }
 
+    /// What `pixel` of a view shows, of what is on the device.
+    ///
+    /// # Errors
+    /// As [`Stage::frame`].
+    pub(super) async fn pick(
+        &self,
+        wanted: Wanted,
+        pixel: DVec2,
+    ) -> Result<Option<Found>, RenderError> {
+        let (reply, answer) = oneshot::channel();
+        self.order(Order::Pick(Box::new(wanted), pixel, reply));
+        answer.await.unwrap_or_else(|_| Err(gone()))
+    }
+
     /// `feeder` wants nothing any more.
     pub(super) fn leave(&self, feeder: FeederId) {
         self.order(Order::Leave(feeder));
@@ -115,6 +139,8 @@ struct Painter {
     visitors: HashMap<FeederId, Visitor>,
     /// Whose frame was the last.
     last: Option<FeederId>,
+    /// What that shows, as long as nothing has changed since.
+    current: Option<(View, Mode)>,
 }
 
 /// What it knows of one who feeds it.
@@ -129,7 +155,7 @@ struct Visitor {
 impl Painter {
     fn new(renderer: Renderer, options: RenderOptions) -> Self {
         let (residents, visitors) = (Residents::default(), HashMap::new());
-        Self { renderer, options, residents, visitors, last: None }
+        Self { renderer, options, residents, visitors, last: None, current: None }
     }
 
     fn follow(mut self, mut orders: mpsc::UnboundedReceiver<Order>) {
@@ -144,6 +170,11 @@ impl Painter {
                     // Who has gone meanwhile needs none.
                     if !reply.is_closed() {
                         drop(reply.send(self.paint(&feeder, manner)));
+                    }
+                }
+                Order::Pick(wanted, pixel, reply) => {
+                    if !reply.is_closed() {
+                        drop(reply.send(self.pick(&wanted, pixel)));
                     }
                 }
                 Order::Leave(feeder) => self.leave(feeder),
@@ -173,12 +204,31 @@ impl Painter {
         if finished || !follows {
             self.renderer.cut();
         }
-        let frame = self.renderer.render_as(&wanted.view, wanted.mode)?;
+        let frame = self.render(&wanted)?;
         let took = began.elapsed();
         if hurries && let Some(visitor) = self.visitors.get_mut(&feeder.id) {
             visitor.budget.observe(took);
         }
         Ok(Painted { frame, wanted, wish, finished, left, took })
+    }
+
+    fn render(&mut self, wanted: &Wanted) -> Result<Frame, RenderError> {
+        self.current = None;
+        let frame = self.renderer.render_as(&wanted.view, wanted.mode)?;
+        self.current = Some((wanted.view, wanted.mode));
+        Ok(frame)
+    }
+
+    fn pick(&mut self, wanted: &Wanted, pixel: DVec2) -> Result<Option<Found>, RenderError> {
+        if self.current != Some((wanted.view, wanted.mode)) {
+            // It is nobody's: the next frame of whoever had the last does not follow it.
+            self.last = None;
+            self.renderer.set_settings(self.options.settings);
+            self.renderer.cut();
+            self.render(wanted)?;
+        }
+        let picked = self.renderer.pick(pixel)?;
+        Ok(picked.map(|picked| Found { picked, nodes: self.residents.nodes().collect() }))
     }
 
     /// Brings what waits to the device, for about so long.
@@ -189,6 +239,7 @@ impl Painter {
             && let Some(update) = feeder.pop()
         {
             if let Some(update) = self.residents.give(feeder.id, update) {
+                self.current = None;
                 let applied = match self.renderer.apply(update) {
                     Ok(applied) => applied,
                     Err(error @ RenderError::Driver(_)) => return Err(error),
@@ -233,6 +284,7 @@ impl Painter {
     }
 
     fn drop_resident(&mut self, update: SceneUpdate) {
+        self.current = None;
         match self.renderer.apply(update) {
             Ok(applied) => self.tell(applied),
             Err(error) => tracing::warn!(%error, "not dropped from the scene"),

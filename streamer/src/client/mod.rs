@@ -12,7 +12,7 @@ use flaneur_proto::v1::panorama_service_client::PanoramaServiceClient;
 use flaneur_proto::v1::point_service_client::PointServiceClient;
 use flaneur_proto::v1::scene_service_client::SceneServiceClient;
 use flaneur_proto::{FieldError, v1};
-use flaneur_scene::{Node, NodeKey, Panorama, Region, SceneInfo};
+use flaneur_scene::{Footprint, Node, NodeKey, Panorama, Region, SceneInfo};
 use futures::Stream;
 use prost::Message;
 use tokio::sync::Semaphore;
@@ -135,6 +135,17 @@ impl Client {
             }
         }
         Ok(footprints)
+    }
+
+    /// The footprints that meet `region`, without their attributes.
+    ///
+    /// # Errors
+    /// Where the service fails, or sends what are no footprints.
+    pub async fn buildings(&self, region: Region) -> Result<Vec<Footprint>, StreamError> {
+        let footprints = self.footprints(region).await?.into_iter();
+        footprints
+            .map(|one| Footprint::try_from(one).map_err(StreamError::field("StreamFootprints")))
+            .collect()
     }
 
     /// The terrain tiles that meet `region`, of every `step`-th node, in the order of the service.

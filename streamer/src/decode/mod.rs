@@ -11,6 +11,7 @@ mod picture;
 mod points;
 mod spacing;
 mod stations;
+mod surveyed;
 
 use std::sync::Arc;
 
@@ -21,6 +22,8 @@ pub(crate) use mask::{Mask, decode_mask};
 pub(crate) use picture::{Picture, decode_picture};
 pub(crate) use points::decode_points;
 pub(crate) use stations::Track;
+pub use surveyed::SurveyedPoint;
+pub(crate) use surveyed::nearest_point;
 
 use crate::StreamError;
 

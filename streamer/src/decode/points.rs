@@ -13,13 +13,13 @@ use super::stations::{Track, runs};
 use crate::StreamError;
 
 /// Offsets in the point data record formats 6 to 8.
-const FLAGS: usize = 15;
-const CLASS: usize = 16;
-const INTENSITY: usize = 12;
-const GPS_TIME: usize = 22;
+pub(super) const FLAGS: usize = 15;
+pub(super) const CLASS: usize = 16;
+pub(super) const INTENSITY: usize = 12;
+pub(super) const GPS_TIME: usize = 22;
 const COLOUR: usize = 30;
 /// Bit of [`FLAGS`] that marks a point as deleted.
-const WITHHELD: u8 = 0b100;
+pub(super) const WITHHELD: u8 = 0b100;
 
 /// The points of the node `id`, from the LAZ bytes of its chunk.
 ///
@@ -106,15 +106,15 @@ pub(crate) fn decode_points(
     })
 }
 
-fn i32_at(record: &[u8], at: usize) -> i32 {
+pub(super) fn i32_at(record: &[u8], at: usize) -> i32 {
     i32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]])
 }
 
-fn f64_at(record: &[u8], at: usize) -> f64 {
+pub(super) fn f64_at(record: &[u8], at: usize) -> f64 {
     f64::from_le_bytes(std::array::from_fn(|byte| record[at + byte]))
 }
 
-fn u16_at(record: &[u8], at: usize) -> u16 {
+pub(super) fn u16_at(record: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([record[at], record[at + 1]])
 }
 

@@ -3,14 +3,17 @@
 mod driver;
 mod motion;
 mod statistics;
+mod surveyed;
 mod understand;
 
 pub(crate) use driver::{Command, Driver};
 pub(crate) use statistics::Counts;
 pub use statistics::Statistics;
+pub(crate) use surveyed::point_at;
 
 use std::sync::Arc;
 
+use bytes::Bytes;
 use flaneur_proto::FieldError;
 use flaneur_scene::{IdError, ImageId, ImageUpdate, Panorama, SceneUpdate};
 use tokio::sync::mpsc;
@@ -60,12 +63,17 @@ async fn one(
     target: Target,
     context: Context,
 ) -> Result<Understood, StreamError> {
-    let (sink, mut landed) = mpsc::unbounded_channel();
-    let _interest = loader.load(BatchId::default(), vec![(part.clone(), target.clone())], 0, sink);
-    let payload = landed.recv().await.map_or(Err(StreamError::Cancelled), |one| one.payload)?;
+    let payload = payload(loader, part.clone(), target.clone()).await?;
     let what = target.name();
     let decode = move || understand(&part, &target, &payload, &context);
     Decoders::default().run(&what, decode).await
+}
+
+/// The bytes of one part.
+async fn payload(loader: &Arc<Loader>, part: Part, target: Target) -> Result<Bytes, StreamError> {
+    let (sink, mut landed) = mpsc::unbounded_channel();
+    let _interest = loader.load(BatchId::default(), vec![(part, target)], 0, sink);
+    landed.recv().await.map_or(Err(StreamError::Cancelled), |one| one.payload)
 }
 
 /// What a panorama's name that cannot be one means.
