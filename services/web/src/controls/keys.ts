@@ -1,0 +1,151 @@
+import type { Gait } from "../motion/walk";
+
+/** Which way a held key goes. */
+const WAYS: Readonly<Record<string, Partial<Gait>>> = {
+  KeyW: { forward: 1 },
+  ArrowUp: { forward: 1 },
+  KeyS: { forward: -1 },
+  ArrowDown: { forward: -1 },
+  KeyA: { right: -1 },
+  KeyD: { right: 1 },
+  ArrowLeft: { turn: -1 },
+  ArrowRight: { turn: 1 },
+  PageUp: { tilt: 1 },
+  PageDown: { tilt: -1 },
+};
+
+/** What a stroke of a key does. */
+export interface Strokes {
+  /** Enter or Space: what a click in the middle does. */
+  act(): void;
+  nearestPhotograph(): void;
+  level(): void;
+  zoom(factor: number): void;
+  measure(): void;
+  leave(): void;
+  help(): void;
+  /** From 0. */
+  layer(index: number): void;
+}
+
+/** The keys that are held, as a gait; undefined where none is. */
+export class Keys {
+  readonly #held = new Set<string>();
+  #hurried = false;
+
+  /** `changed` is called when a key that walks goes down or up. */
+  constructor(stage: HTMLElement, strokes: Strokes, changed: () => void) {
+    window.addEventListener("keydown", (event) => {
+      this.#hurried = event.shiftKey;
+      if (event.ctrlKey || event.metaKey || event.altKey || isForOthers(event, stage)) {
+        return;
+      }
+      if (WAYS[event.code]) {
+        event.preventDefault();
+        if (!this.#held.has(event.code)) {
+          this.#held.add(event.code);
+          changed();
+        }
+      } else if (!event.repeat || isZoom(event.key)) {
+        stroke(event, strokes, stage);
+      }
+    });
+    window.addEventListener("keyup", (event) => {
+      this.#hurried = event.shiftKey;
+      if (this.#held.delete(event.code)) {
+        changed();
+      }
+    });
+    // Where the keys go up elsewhere nobody is told.
+    window.addEventListener("blur", () => {
+      this.#held.clear();
+      changed();
+    });
+  }
+
+  get gait(): Gait | undefined {
+    if (this.#held.size === 0) {
+      return undefined;
+    }
+    const sum = { forward: 0, right: 0, turn: 0, tilt: 0 };
+    for (const code of this.#held) {
+      const way = WAYS[code];
+      sum.forward += way?.forward ?? 0;
+      sum.right += way?.right ?? 0;
+      sum.turn += way?.turn ?? 0;
+      sum.tilt += way?.tilt ?? 0;
+    }
+    const unit = (value: number) => Math.max(-1, Math.min(1, value));
+    return {
+      forward: unit(sum.forward),
+      right: unit(sum.right),
+      turn: unit(sum.turn),
+      tilt: unit(sum.tilt),
+      hurried: this.#hurried,
+    };
+  }
+}
+
+/** Whether the key belongs to a field, a list, a dialog or the map. */
+function isForOthers(event: KeyboardEvent, stage: HTMLElement): boolean {
+  const target = event.target;
+  if (!(target instanceof Element) || target === document.body || target === stage) {
+    return false;
+  }
+  if (target.closest("dialog, input[type=text], select, textarea, .inset-map")) {
+    return true;
+  }
+  // Buttons and switches keep what they understand.
+  const own = target.matches("input")
+    ? ["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight", "Space", "Enter"]
+    : ["Space", "Enter"];
+  return own.includes(event.code);
+}
+
+function isZoom(key: string): boolean {
+  return key === "+" || key === "=" || key === "-";
+}
+
+function stroke(event: KeyboardEvent, strokes: Strokes, stage: HTMLElement): void {
+  const digit = /^Digit([1-9])$/.exec(event.code)?.[1];
+  switch (event.key) {
+    case "Enter":
+    case " ":
+      // Elsewhere on the page they may mean something else.
+      if (event.target !== stage && event.target !== document.body) {
+        return;
+      }
+      strokes.act();
+      break;
+    case "g":
+    case "G":
+      strokes.nearestPhotograph();
+      break;
+    case "Home":
+      strokes.level();
+      break;
+    case "+":
+    case "=":
+      strokes.zoom(1.15);
+      break;
+    case "-":
+      strokes.zoom(1 / 1.15);
+      break;
+    case "m":
+    case "M":
+      strokes.measure();
+      break;
+    case "Escape":
+      strokes.leave();
+      break;
+    case "?":
+      strokes.help();
+      break;
+    default:
+      if (!digit) {
+        return;
+      }
+      strokes.layer(Number(digit) - 1);
+  }
+  event.preventDefault();
+}

@@ -1,0 +1,181 @@
+import { element } from "../dom";
+import { MeshSurface_Class, type Place, type Sight } from "../gen/flaneur/v1/render_pb";
+import { icon } from "../icons";
+import { positionOf } from "../place/pick";
+import { lasClass, TEXT } from "../strings";
+import { coordinates, measure, metres, plusMinus, roughMetres, signedMetres } from "./measurement";
+
+/** What the panel leads to. */
+export interface MeasurePanelEvents {
+  close(): void;
+  clear(): void;
+  open(sight: Sight, place: Place): void;
+}
+
+/** Says where the measured places are, from what they are known, and what lies between them. */
+export class MeasurePanel {
+  readonly #events: MeasurePanelEvents;
+  readonly #body: HTMLElement;
+  readonly root: HTMLElement;
+
+  constructor(events: MeasurePanelEvents) {
+    this.#events = events;
+    this.#body = element("div", { class: "body", "aria-live": "polite" });
+    const close = element("button", { type: "button", class: "plain", "aria-label": TEXT.close });
+    close.append(icon("close"));
+    close.addEventListener("click", () => events.close());
+    const head = element("header", {}, element("h2", {}, TEXT.measurePanel), close);
+    this.root = element(
+      "section",
+      { class: "panel measure-panel", "aria-label": TEXT.measurePanel, hidden: true },
+      head,
+      this.#body,
+    );
+    this.show([], false);
+  }
+
+  /** The places so far, and whether another is being asked for. */
+  show(places: readonly Place[], asking: boolean): void {
+    const [from, to] = places;
+    const parts: HTMLElement[] = [];
+    if (from && to) {
+      parts.push(distanceOf(from, to));
+    }
+    places.forEach((place, index) => {
+      parts.push(this.#placeOf(place, index === 0 ? "A" : "B", places.length > 1));
+    });
+    if (asking) {
+      parts.push(element("p", { class: "hint" }, TEXT.measuring));
+    } else if (places.length === 0) {
+      parts.push(element("p", { class: "hint" }, TEXT.measureHint));
+    }
+    if (places.length > 0) {
+      const clear = element("button", { type: "button", class: "text" }, TEXT.clear);
+      clear.addEventListener("click", () => this.#events.clear());
+      parts.push(clear);
+    }
+    this.#body.replaceChildren(...parts);
+  }
+
+  #placeOf(place: Place, letter: string, lettered: boolean): HTMLElement {
+    const rows = element("dl");
+    const row = (name: string, ...values: (Node | string)[]) => {
+      rows.append(element("dt", {}, name), element("dd", {}, ...values));
+    };
+    const position = coordinates(positionOf(place));
+    row(
+      TEXT.position,
+      element("span", { class: "figures", "data-figure": "position" }, position),
+      copy(position),
+    );
+    const { geographic } = place;
+    if (geographic) {
+      const { latitudeDeg, longitudeDeg, heightM } = geographic;
+      const text = `${latitudeDeg.toFixed(8)}, ${longitudeDeg.toFixed(8)}, ${heightM.toFixed(3)}`;
+      row(TEXT.geographic, element("span", { class: "figures" }, text), copy(text));
+    } else {
+      row(TEXT.geographic, TEXT.notGeographic);
+    }
+    for (const [name, value] of surfaceOf(place)) {
+      row(name, value);
+    }
+    const { uncertaintyM } = place;
+    row(TEXT.uncertainty, uncertaintyM > 0 ? plusMinus(uncertaintyM) : TEXT.unknownUncertainty);
+    const [first] = place.photographs;
+    row(
+      TEXT.coloured,
+      first ? `${first.panorama}/${first.camera}, ${dateOf(first.time)}` : TEXT.uncoloured,
+    );
+    const block = element("div", { class: "place" });
+    if (lettered) {
+      block.append(element("h3", {}, TEXT.place(letter)));
+    }
+    block.append(rows);
+    if (place.photographs.length > 0) {
+      block.append(this.#sightsOf(place));
+    }
+    return block;
+  }
+
+  #sightsOf(place: Place): HTMLElement {
+    const list = element("ul", { class: "sights" });
+    for (const sight of place.photographs) {
+      const open = element(
+        "button",
+        { type: "button", class: "sight" },
+        element("span", {}, `${sight.panorama}/${sight.camera}`),
+        element(
+          "span",
+          { class: "aside" },
+          `${dateOf(sight.time)} · ${roughMetres(sight.distanceM)}`,
+        ),
+      );
+      open.addEventListener("click", () => this.#events.open(sight, place));
+      list.append(element("li", {}, open));
+    }
+    const count = TEXT.photographs(place.photographs.length);
+    return element("details", {}, element("summary", {}, count), list);
+  }
+}
+
+function distanceOf(from: Place, to: Place): HTMLElement {
+  const { distance, horizontal, vertical, uncertainty } = measure(from, to);
+  const sure = uncertainty === undefined ? "" : ` ${plusMinus(uncertainty)}`;
+  const main = element(
+    "p",
+    { class: "result", "aria-label": TEXT.distance },
+    element("strong", { "data-figure": "distance" }, metres(distance)),
+    element("span", { class: "aside" }, sure),
+  );
+  const parts = `${TEXT.horizontal} ${metres(horizontal)} · ${TEXT.vertical} ${signedMetres(vertical)}`;
+  return element("div", {}, main, element("p", { class: "aside" }, parts));
+}
+
+/** From what the place is known. */
+function surfaceOf(place: Place): [string, string][] {
+  const { surface } = place;
+  if (surface.case === "point") {
+    const { source, classification, position, gpsTime } = surface.value;
+    const rows: [string, string][] = [
+      [TEXT.surface, TEXT.lidarPoint(source, lasClass(classification))],
+    ];
+    if (position) {
+      rows.push([TEXT.lidarExact, coordinates([position.x, position.y, position.z])]);
+    }
+    if (gpsTime !== 0) {
+      rows.push([TEXT.gpsTime, `${gpsTime.toFixed(6)} s`]);
+    }
+    return rows;
+  }
+  if (surface.case === "mesh") {
+    const { footprint } = surface.value;
+    switch (surface.value.class) {
+      case MeshSurface_Class.WALL:
+        return [[TEXT.surface, TEXT.wall(footprint)]];
+      case MeshSurface_Class.ROOF:
+        return [[TEXT.surface, TEXT.roof(footprint)]];
+      default:
+        return [[TEXT.surface, TEXT.ground]];
+    }
+  }
+  return [];
+}
+
+/** The day and minute of an RFC 3339 time, as they stand there. */
+export function dateOf(time: string): string {
+  return time ? time.slice(0, 16).replace("T", " ") : TEXT.undated;
+}
+
+function copy(text: string): HTMLElement {
+  const button = element("button", { type: "button", class: "text copy" }, TEXT.copy);
+  button.addEventListener("click", () => {
+    navigator.clipboard?.writeText(text).then(
+      () => {
+        button.textContent = TEXT.copied;
+      },
+      // Without the right to, the figures can still be marked by hand.
+      () => button.remove(),
+    );
+  });
+  return button;
+}

@@ -1,0 +1,75 @@
+import { describe, expect, it } from "vitest";
+import type { Pose } from "../view/pose";
+import { easeInOut, flightMs } from "./easing";
+import { flight, poseAt } from "./flight";
+import { walked } from "./walk";
+
+const POSE: Pose = { eye: [100, 200, 11.6], headingDeg: 350, pitchDeg: 0, fovDeg: 65 };
+const STILL = { forward: 0, right: 0, turn: 0, tilt: 0, hurried: false };
+
+describe("flights", () => {
+  it("last 100 + 30 √d milliseconds", () => {
+    expect(flightMs(0)).toBe(100);
+    expect(flightMs(25)).toBe(250);
+    expect(flightMs(-1)).toBe(100);
+    const far = flight(POSE, { ...POSE, eye: [103, 204, 11.6] }, 1000, false);
+    expect(far.durationMs).toBeCloseTo(100 + 30 * Math.sqrt(5));
+  });
+
+  it("start and end at rest, and never go back", () => {
+    expect([easeInOut(-1), easeInOut(0), easeInOut(0.5), easeInOut(1), easeInOut(2)]).toEqual([
+      0, 0, 0.5, 1, 1,
+    ]);
+    const slope = (t: number) => (easeInOut(t + 1e-6) - easeInOut(t - 1e-6)) / 2e-6;
+    expect(slope(0)).toBeCloseTo(0, 3);
+    expect(slope(1)).toBeCloseTo(0, 3);
+    for (let t = 0; t < 1; t += 0.01) {
+      expect(easeInOut(t + 0.01)).toBeGreaterThan(easeInOut(t));
+    }
+  });
+
+  it("turn the short way and arrive exactly", () => {
+    const to: Pose = { eye: [110, 200, 12], headingDeg: 10, pitchDeg: -5, fovDeg: 40 };
+    const turn = flight(POSE, to, 0, false);
+    const half = poseAt(turn, turn.durationMs / 2);
+    expect(half.done).toBe(false);
+    expect(half.pose.headingDeg).toBeCloseTo(0);
+    expect(half.pose.eye[0]).toBeCloseTo(105);
+    expect(poseAt(turn, turn.durationMs)).toEqual({ pose: to, done: true });
+  });
+
+  it("are over at once for people who want no motion", () => {
+    const jump = flight(POSE, { ...POSE, eye: [0, 0, 0] }, 5, true);
+    expect(poseAt(jump, 5).done).toBe(true);
+  });
+});
+
+describe("walking", () => {
+  const slope = (x: number) => 10 + 0.1 * (x - 100);
+
+  it("goes where one looks and keeps the eye's height above the ground", () => {
+    const east = { ...POSE, headingDeg: 90 };
+    const pose = walked(east, { ...STILL, forward: 1 }, 2, slope);
+    expect(pose.eye[0]).toBeCloseTo(106);
+    expect(pose.eye[1]).toBeCloseTo(200);
+    expect(pose.eye[2] - slope(pose.eye[0])).toBeCloseTo(1.6);
+  });
+
+  it("is no faster askew", () => {
+    const pose = walked(POSE, { ...STILL, forward: 1, right: -1 }, 1, slope);
+    expect(Math.hypot(pose.eye[0] - 100, pose.eye[1] - 200)).toBeCloseTo(3);
+  });
+
+  it("stays level where the ground ends", () => {
+    const edge = (x: number) => (x > 103 ? undefined : 10);
+    const pose = walked({ ...POSE, headingDeg: 90 }, { ...STILL, forward: 1 }, 2, edge);
+    expect(pose.eye[2]).toBe(11.6);
+  });
+
+  it("turns clockwise and tilts up, on the spot", () => {
+    const pose = walked(POSE, { ...STILL, turn: 1, tilt: 1 }, 0.2, slope);
+    expect(pose.headingDeg).toBeCloseTo(5);
+    expect(pose.pitchDeg).toBeCloseTo(15);
+    expect(pose.eye).toBe(POSE.eye);
+  });
+});

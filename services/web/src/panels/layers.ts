@@ -1,0 +1,93 @@
+import { element } from "../dom";
+import { icon } from "../icons";
+import { isLayer, type Layer, MAIN_LAYERS, MORE_LAYERS } from "../state/layer";
+import type { Value } from "../state/value";
+import { TEXT } from "../strings";
+
+/** Switches of what is shown: the usual ones at once, the others behind a button. */
+export function layerSwitches(layer: Value<Layer>): HTMLElement {
+  const more = element("div", { class: "more-layers", id: "more-layers", hidden: true });
+  const button = element("button", {
+    type: "button",
+    class: "more-button",
+    "aria-expanded": "false",
+    "aria-controls": "more-layers",
+    "aria-label": TEXT.moreLayers,
+    title: TEXT.moreLayers,
+  });
+  button.append(icon("more"));
+  const expand = (open: boolean) => {
+    more.hidden = !open;
+    button.setAttribute("aria-expanded", String(open));
+  };
+  button.addEventListener("click", () => expand(more.hidden));
+  const root = element(
+    "fieldset",
+    { class: "layers floating" },
+    element("legend", { class: "unseen" }, TEXT.layers),
+    ...MAIN_LAYERS.map((name) => option(name)),
+    button,
+    more,
+  );
+  more.append(...MORE_LAYERS.map((name) => option(name)));
+  root.addEventListener("change", (event) => {
+    if (event.target instanceof HTMLInputElement && isLayer(event.target.value)) {
+      layer.set(event.target.value);
+    }
+  });
+  root.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && !more.hidden) {
+      expand(false);
+      button.focus();
+      event.stopPropagation();
+    }
+  });
+  document.addEventListener("pointerdown", (event) => {
+    if (event.target instanceof Node && !root.contains(event.target)) {
+      expand(false);
+    }
+  });
+  layer.watch((name) => {
+    const input = root.querySelector<HTMLInputElement>(`input[value=${name}]`);
+    if (input) {
+      input.checked = true;
+    }
+    button.classList.toggle("chosen", MORE_LAYERS.includes(name));
+  });
+  return root;
+}
+
+function option(name: Layer): HTMLElement {
+  const input = element("input", { type: "radio", name: "layer", value: name });
+  const label = element("span", {}, TEXT.layerNames[name]);
+  return element("label", { title: TEXT.layerHelp[name] }, input, label);
+}
+
+/** What the colours of a layer mean, for those that need telling. */
+export function layerLegend(layer: Value<Layer>): HTMLElement {
+  const root = element("div", { class: "legend floating", role: "note" });
+  layer.watch((name) => {
+    root.hidden = !["uncertainty", "sources", "depth"].includes(name);
+    if (name !== "uncertainty") {
+      root.replaceChildren(element("p", {}, TEXT.layerHelp[name]));
+      return;
+    }
+    const { centimetre, decimetre, metre, unseen, inferred } = TEXT.legend;
+    root.replaceChildren(
+      element("p", {}, TEXT.layerHelp.uncertainty),
+      element("div", { class: "ramp", "aria-hidden": "true" }),
+      element(
+        "div",
+        { class: "ticks" },
+        ...[centimetre, decimetre, metre].map((text) => element("span", {}, text)),
+      ),
+      element(
+        "div",
+        { class: "keys" },
+        element("span", { class: "key dark" }, unseen),
+        element("span", { class: "key magenta" }, inferred),
+      ),
+    );
+  });
+  return root;
+}

@@ -1,0 +1,33 @@
+import type { Frame } from "../gen/flaneur/v1/render_pb";
+import { type Effort, WHOLE } from "./request";
+
+/** A frame on the way should not take the server longer, milliseconds. */
+const AIM_MS = 80;
+/** Sizes on the way, as parts of the best picture's pixels: few, so that they seldom change. */
+const PARTS = [1, 0.5, 0.25] as const;
+/** Turning shows what lies beside the picture before the next one is there. */
+const TURNING_MARGIN = 1.2;
+
+/**
+ * How large pictures are while one moves. It goes by what the server's frames took: large ones from
+ * a quick server, smaller ones from one that would fall behind.
+ */
+export class Pace {
+  /** Milliseconds for a million pixels, smoothed; a guess before the first frame. */
+  #cost = 150;
+
+  /** Takes note of what a frame took; final ones take as long as they need, and say nothing. */
+  took(frame: Frame): void {
+    const pixels = (frame.view?.width ?? 0) * (frame.view?.height ?? 0);
+    if (!frame.final && pixels > 0) {
+      const cost = ((frame.renderMs + frame.encodeMs) * 1e6) / pixels;
+      this.#cost += 0.25 * (cost - this.#cost);
+    }
+  }
+
+  moving(turning: boolean): Effort {
+    const part = PARTS.find((part) => (WHOLE.pixels * part * this.#cost) / 1e6 <= AIM_MS);
+    const pixels = WHOLE.pixels * (part ?? PARTS[PARTS.length - 1] ?? 1);
+    return { pixels, margin: turning ? TURNING_MARGIN : 1 };
+  }
+}

@@ -1,0 +1,133 @@
+import type { Frame } from "../gen/flaneur/v1/render_pb";
+import { distance } from "../geometry/vector";
+import { covers, cssTransform, homography } from "../view/homography";
+import type { Pinhole } from "../view/pinhole";
+import type { Pose } from "../view/pose";
+
+/** Pictures that are kept at most. */
+const MOST_PICTURES = 5;
+/** From farther away a former picture is no help, metres. */
+const REACH_M = 4;
+/** How far ahead things are taken to be where a picture is shown from another eye, metres. */
+const AHEAD_M = 12;
+
+interface Picture {
+  readonly canvas: HTMLCanvasElement;
+  readonly camera: Pinhole;
+  readonly mode: number;
+}
+
+/**
+ * The street as it is now: the newest frame, moved to where one looks by the homography between
+ * its view and the present one, and beneath it a few older ones for where it does not reach.
+ */
+export class Stage {
+  readonly #host: HTMLElement;
+  /** The newest last. */
+  #pictures: Picture[] = [];
+  #spare: HTMLCanvasElement[] = [];
+  #shown: Pinhole;
+  #onShown: () => void = () => {};
+
+  constructor(host: HTMLElement, pose: Pose) {
+    this.#host = host;
+    this.#shown = { pose, width: host.clientWidth, height: host.clientHeight };
+  }
+
+  /** What is on the screen: its pose, and its size in CSS pixels. */
+  get shown(): Pinhole {
+    return this.#shown;
+  }
+
+  /** Calls the listener after each change of what is on the screen. */
+  onShown(listener: () => void): void {
+    this.#onShown = listener;
+  }
+
+  /** Puts a frame on top once it is decoded. Frames without a picture or a view are none. */
+  async add(frame: Frame): Promise<void> {
+    const camera = cameraOf(frame);
+    if (!camera || frame.image.length === 0) {
+      return;
+    }
+    const file = new Blob([frame.image as Uint8Array<ArrayBuffer>], { type: frame.mediaType });
+    const bitmap = await createImageBitmap(file);
+    const canvas = this.#spare.pop() ?? newCanvas();
+    canvas.width = bitmap.width;
+    canvas.height = bitmap.height;
+    canvas.style.width = `${camera.width}px`;
+    canvas.style.height = `${camera.height}px`;
+    // Takes the pixels over without a copy, before the canvas is seen.
+    canvas.getContext("bitmaprenderer")?.transferFromImageBitmap(bitmap);
+    const mode = frame.view?.mode ?? 0;
+    this.#pictures = this.#pictures.filter((picture) => {
+      const stays = picture.mode === mode && isOfUse(picture, camera);
+      if (!stays) {
+        this.#drop(picture);
+      }
+      return stays;
+    });
+    this.#pictures.push({ canvas, camera, mode });
+    const oldest = this.#pictures.length > MOST_PICTURES ? this.#pictures.shift() : undefined;
+    if (oldest) {
+      this.#drop(oldest);
+    }
+    this.#host.append(canvas);
+    this.show(this.#shown.pose);
+  }
+
+  /** Shows the street at a pose. */
+  show(pose: Pose): void {
+    const shown = { pose, width: this.#host.clientWidth, height: this.#host.clientHeight };
+    this.#shown = shown;
+    let covered = false;
+    for (const picture of [...this.#pictures].reverse()) {
+      const { style } = picture.canvas;
+      if (covered) {
+        style.visibility = "hidden";
+        continue;
+      }
+      const h = homography(shown, picture.camera, AHEAD_M);
+      style.transform = cssTransform(h);
+      style.visibility = "visible";
+      covered = covers(h, picture.camera, shown);
+    }
+    this.#onShown();
+  }
+
+  #drop(picture: Picture): void {
+    picture.canvas.remove();
+    if (this.#spare.length < MOST_PICTURES) {
+      this.#spare.push(picture.canvas);
+    }
+  }
+}
+
+/** Whether an older picture shows what the newest does not. */
+function isOfUse(picture: Picture, newest: Pinhole): boolean {
+  if (distance(picture.camera.pose.eye, newest.pose.eye) > REACH_M) {
+    return false;
+  }
+  return !covers(homography(picture.camera, newest, AHEAD_M), newest, picture.camera);
+}
+
+function cameraOf(frame: Frame): Pinhole | undefined {
+  const { view } = frame;
+  if (!view?.eye || view.extent.case !== "fovDeg" || view.width < 1 || view.height < 1) {
+    return undefined;
+  }
+  const { x, y, z } = view.eye;
+  const { headingDeg, pitchDeg, width, height } = view;
+  return {
+    pose: { eye: [x, y, z], headingDeg, pitchDeg, fovDeg: view.extent.value },
+    width,
+    height,
+  };
+}
+
+function newCanvas(): HTMLCanvasElement {
+  const canvas = document.createElement("canvas");
+  canvas.className = "picture";
+  canvas.ariaHidden = "true";
+  return canvas;
+}

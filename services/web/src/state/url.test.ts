@@ -1,0 +1,49 @@
+import { describe, expect, it } from "vitest";
+import type { Pose } from "../view/pose";
+import { readLink, writeLink } from "./url";
+
+const POSE: Pose = {
+  eye: [651_507.5004, 6_861_077.125, -4.6],
+  headingDeg: 39.126,
+  pitchDeg: -2.5,
+  fovDeg: 65,
+};
+
+describe("links", () => {
+  it("come back as they were written, to a millimetre and a hundredth of a degree", () => {
+    const link = writeLink("rue de l'été & co", POSE, "uncertainty");
+    expect(readLink(link)).toEqual({
+      scene: "rue de l'été & co",
+      pose: { ...POSE, eye: [651_507.5, 6_861_077.125, -4.6], headingDeg: 39.13 },
+      layer: "uncertainty",
+    });
+    expect(readLink(writeLink("a", POSE, "hybrid")).layer).toBe("hybrid");
+  });
+
+  it("are readable, and written the same again", () => {
+    const link = writeLink("street", POSE, "hybrid");
+    expect(link).toBe("?scene=street&at=651507.5,6861077.125,-4.6&look=39.13,-2.5,65");
+    const { pose } = readLink(link);
+    expect(pose && writeLink("street", pose, "hybrid")).toBe(link);
+  });
+
+  it("that say nothing sensible say nothing", () => {
+    const nothing = { scene: undefined, pose: undefined, layer: "hybrid" };
+    for (const query of ["", "?scene=&layer=constructor", "?at=1,2&look=3", "?at=1,2,x&look=0"]) {
+      expect(readLink(query)).toEqual(nothing);
+    }
+    expect(readLink("?at=1,2,3,4&look=0").pose).toBeUndefined();
+    expect(readLink("?at=1,,3&look=0").pose).toBeUndefined();
+    expect(readLink("?at=1,2,Infinity&look=0").pose).toBeUndefined();
+  });
+
+  it("keep angles within what can be looked at", () => {
+    expect(readLink("?at=1,2,3&look=-10,120,500").pose).toEqual({
+      eye: [1, 2, 3],
+      headingDeg: 350,
+      pitchDeg: 89,
+      fovDeg: 110,
+    });
+    expect(readLink("?at=1,2,3&look=5").pose).toMatchObject({ pitchDeg: 0, fovDeg: 65 });
+  });
+});

@@ -1,0 +1,282 @@
+import type { Clients } from "./api/clients";
+import { Session } from "./api/session";
+import { Clicks } from "./clicks";
+import { Keys } from "./controls/keys";
+import { steerByPointers } from "./controls/pointers";
+import type { ScreenPoint } from "./controls/steering";
+import { element } from "./dom";
+import type { Panorama } from "./gen/flaneur/v1/panorama_pb";
+import type { Place } from "./gen/flaneur/v1/render_pb";
+import type { Scene } from "./gen/flaneur/v1/scene_pb";
+import { Terrain } from "./ground/terrain";
+import { Buildings } from "./map/buildings";
+import { MapCorner } from "./map/corner";
+import { Measuring } from "./measure/measuring";
+import { helpDialog } from "./panels/help";
+import { layerLegend, layerSwitches } from "./panels/layers";
+import { sceneSwitch } from "./panels/scenes";
+import { StatusPanel } from "./panels/status";
+import { Toast } from "./panels/toast";
+import { Toolbar, zoomButtons } from "./panels/toolbar";
+import { Catalogue, placeOf } from "./photographs/catalogue";
+import { PhotographDialog } from "./photographs/dialog";
+import { Pace } from "./picture/pace";
+import type { Screen } from "./picture/request";
+import { Stage } from "./picture/stage";
+import { positionOf } from "./place/pick";
+import { LAYER_NAMES, type Layer } from "./state/layer";
+import { EYE_HEIGHT_M, firstFovDeg, firstPose } from "./state/start";
+import { type LinkState, writeLink } from "./state/url";
+import { Value } from "./state/value";
+import { TEXT } from "./strings";
+import { lookingAt, type Pose } from "./view/pose";
+import { Visit } from "./visit";
+
+/** What surrounds the first place is fetched so far, metres. */
+const SURROUNDINGS_M = 600;
+/** The address follows once one has stood still for so long, milliseconds. */
+const LINK_MS = 250;
+
+/** Opens a scene in the page: everything there is, and what leads from one to the other. */
+export async function openStreet(
+  page: HTMLElement,
+  clients: Clients,
+  scenes: readonly Scene[],
+  scene: Scene,
+  link: LinkState,
+): Promise<void> {
+  document.title = TEXT.title(scene.name);
+  const terrain = new Terrain(clients.ground, scene);
+  const catalogue = new Catalogue(clients.panoramas, scene.name);
+  const buildings = new Buildings(clients.footprints, scene.name);
+  const first = link.pose ?? (await withoutLink(scene, catalogue, buildings, terrain));
+
+  const pose = new Value<Pose>(first);
+  const layer = new Value<Layer>(link.layer);
+  const host = element("main", {
+    class: "stage",
+    tabindex: 0,
+    role: "application",
+    "aria-label": TEXT.stage,
+  });
+  page.replaceChildren(host);
+  const stage = new Stage(host, first);
+  const pace = new Pace();
+  const toast = new Toast();
+  const screen = (): Screen => ({
+    width: Math.max(host.clientWidth, 1),
+    height: Math.max(host.clientHeight, 1),
+    density: window.devicePixelRatio || 1,
+  });
+  const still = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
+  const middle = (): ScreenPoint => [host.clientWidth / 2, host.clientHeight / 2];
+
+  const status = new StatusPanel(() => session.hurry());
+  const session = new Session(clients.render, scene.name, {
+    async frame(frame) {
+      pace.took(frame);
+      await stage.add(frame);
+      status.frame(frame);
+      host.dispatchEvent(new CustomEvent("flaneur:frame", { detail: frame }));
+    },
+    state(state) {
+      status.session(state);
+    },
+    wanted(sequence) {
+      status.wanted(sequence);
+    },
+  });
+
+  const visit = new Visit({
+    pose,
+    layer,
+    stage,
+    session,
+    terrain,
+    pace,
+    screen,
+    still,
+    keys: () => keys,
+    act: (at) => void clicks.once(at),
+    actTwice: (at) => void clicks.twice(at),
+  });
+
+  const stand = (panorama: Panorama, place: Place | undefined) => {
+    const there = { ...pose.get(), eye: placeOf(panorama) };
+    visit.go(place ? lookingAt(there, positionOf(place)) : there);
+  };
+  const photographs = new PhotographDialog(clients.panoramas, scene.name, catalogue, stand);
+  const measuring = new Measuring(stage, {
+    open: (sight, place) => void photographs.open(sight, place),
+    changed: (on) => {
+      toolbar.measuring = on;
+      host.classList.toggle("measuring", on);
+    },
+  });
+  const clicks = new Clicks({
+    render: clients.render,
+    scene: scene.name,
+    pose,
+    layer,
+    screen,
+    visit,
+    terrain,
+    catalogue,
+    measuring,
+    toast,
+    stand,
+  });
+
+  const help = helpDialog();
+  const corner = new MapCorner(scene, pose, {
+    go: (x, y) => void visit.goTo(x, y, EYE_HEIGHT_M),
+    goToPhotograph(id) {
+      const panorama = [...catalogue.all].find((panorama) => panorama.id === id);
+      if (panorama) {
+        stand(panorama, undefined);
+      }
+    },
+    changed: (shown) => {
+      toolbar.mapShown = shown;
+    },
+  });
+  const toolbar = new Toolbar({
+    measure: () => measuring.toggle(),
+    map: () => corner.toggle(),
+    link: () => void copyLink(toast),
+    help: () => help.showModal(),
+  });
+  const zoom = (factor: number) => visit.zoom(factor, middle());
+  const keys = new Keys(
+    host,
+    {
+      act: () => void clicks.once(middle()),
+      nearestPhotograph: () => void clicks.nearestPhotograph(),
+      level: () => visit.go({ ...pose.get(), pitchDeg: 0 }),
+      zoom,
+      measure: () => measuring.toggle(),
+      leave: () => measuring.close(),
+      help: () => help.showModal(),
+      layer(index) {
+        const name = LAYER_NAMES[index];
+        if (name) {
+          layer.set(name);
+        }
+      },
+    },
+    () => visit.wake(),
+  );
+  steerByPointers(host, visit);
+
+  page.append(
+    status.progress,
+    element(
+      "div",
+      { class: "top" },
+      sceneSwitch(scenes, scene.name),
+      layerSwitches(layer),
+      toolbar.root,
+    ),
+    measuring.panel.root,
+    element(
+      "div",
+      { class: "bottom" },
+      corner.root,
+      layerLegend(layer),
+      element("div", { class: "end" }, zoomButtons(zoom), status.root),
+    ),
+    toast.root,
+    help,
+    photographs.root,
+  );
+  host.append(measuring.ruler.root, element("div", { class: "reticle", "aria-hidden": "true" }));
+
+  followView(host, pose, stage, corner, measuring);
+  followLink(scene.name, pose, layer);
+  // A new picture for a new window; the old one fills it meanwhile.
+  new ResizeObserver(() => {
+    stage.show(pose.get());
+    measuring.ruler.show(stage.shown);
+    corner.follow(pose.get(), stage.shown);
+    visit.again();
+  }).observe(host);
+  window.addEventListener("online", () => session.hurry());
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) {
+      session.hurry();
+    }
+  });
+  host.focus({ preventScroll: true });
+
+  await surroundings(first, terrain, catalogue, buildings, corner);
+}
+
+async function withoutLink(
+  scene: Scene,
+  catalogue: Catalogue,
+  buildings: Buildings,
+  terrain: Terrain,
+): Promise<Pose> {
+  await catalogue.fetch();
+  const { x = 0, y = 0, z = 0 } = scene.origin ?? {};
+  if (scene.imageCount === 0n) {
+    await buildings.fetch([x, y, z], SURROUNDINGS_M);
+  }
+  const fov = firstFovDeg(window.innerWidth, window.innerHeight);
+  return firstPose(scene, catalogue, buildings, terrain, fov);
+}
+
+/** What follows the view at each step. */
+function followView(
+  host: HTMLElement,
+  pose: Value<Pose>,
+  stage: Stage,
+  corner: MapCorner,
+  measuring: Measuring,
+): void {
+  stage.onShown(() => {
+    measuring.ruler.show(stage.shown);
+    host.dispatchEvent(new CustomEvent("flaneur:shown", { detail: stage.shown }));
+  });
+  pose.watch((pose) => corner.follow(pose, stage.shown));
+}
+
+/** The address is that of the view. */
+function followLink(scene: string, pose: Value<Pose>, layer: Value<Layer>): void {
+  let timer: ReturnType<typeof setTimeout> | undefined;
+  const write = () => {
+    clearTimeout(timer);
+    timer = setTimeout(() => {
+      const link = writeLink(scene, pose.get(), layer.get());
+      history.replaceState(null, "", link);
+    }, LINK_MS);
+  };
+  pose.watch(write);
+  layer.watch(write);
+}
+
+async function copyLink(toast: Toast): Promise<void> {
+  try {
+    await navigator.clipboard.writeText(location.href);
+    toast.say(TEXT.linkCopied);
+  } catch {
+    toast.say(TEXT.linkNotCopied);
+  }
+}
+
+/** What the map and the feet want to know. */
+async function surroundings(
+  first: Pose,
+  terrain: Terrain,
+  catalogue: Catalogue,
+  buildings: Buildings,
+  corner: MapCorner,
+): Promise<void> {
+  const around = { centre: first.eye, radiusM: SURROUNDINGS_M };
+  await Promise.allSettled([
+    terrain.around(first.eye[0], first.eye[1]),
+    catalogue.fetch(around),
+    buildings.fetch(first.eye, SURROUNDINGS_M),
+  ]);
+  corner.draw(buildings, catalogue);
+}

@@ -1,0 +1,170 @@
+import type { Layer } from "./state/layer";
+
+/** Everything that the page says, in one place. */
+export const TEXT = {
+  title: (scene: string) => `${scene} · Flaneur`,
+  stage: "Street. Drag to look, W A S D or the arrow keys to walk, Enter to go where you look.",
+  toolbar: "Tools",
+  chooseScene: "Scene",
+  scenes: "Streets",
+  scenesIntro: "This server has several. Which one would you like to walk through?",
+  noScene: "This server has no scene yet. Publish one with flaneur ingest; this page will find it.",
+  unknownScene: (name: string) => `There is no scene called “${name}” here.`,
+  sceneSummary: (photographs: bigint, buildings: bigint, points: bigint) =>
+    [
+      { count: photographs, what: "photographs" },
+      { count: buildings, what: "buildings" },
+      { count: points, what: "points" },
+    ]
+      .filter(({ count }) => count > 0n)
+      .map(({ count, what }) => `${count.toLocaleString("en")} ${what}`)
+      .join(" · "),
+
+  layers: "What is shown",
+  layerNames: {
+    hybrid: "Street",
+    mesh: "Mesh",
+    points: "Points",
+    sources: "Sources",
+    uncertainty: "Uncertainty",
+    colours: "Point colours",
+    wireframe: "Wireframe",
+    depth: "Depth",
+    normals: "Normals",
+  } satisfies Record<Layer, string>,
+  layerHelp: {
+    hybrid: "Mesh and points, coloured by the photographs",
+    mesh: "The mesh alone, coloured by the photographs",
+    points: "The points alone, coloured by the photographs",
+    sources: "Which photographs colour a place: each has a colour of its own",
+    uncertainty: "How far the shown surface may be off",
+    colours: "The points in their own colours",
+    wireframe: "Mesh and points without photographs, with the edges of the mesh",
+    depth: "Distance along the line of sight: white is near",
+    normals: "Which way surfaces face",
+  } satisfies Record<Layer, string>,
+  moreLayers: "More",
+  legend: {
+    centimetre: "1 cm",
+    decimetre: "10 cm",
+    metre: "1 m",
+    unseen: "no photograph",
+    inferred: "inferred",
+  },
+
+  measure: "Measure",
+  map: "Map",
+  copyLink: "Copy a link to this view",
+  linkCopied: "Link copied",
+  linkNotCopied: "The link is in the address bar",
+  help: "How to move",
+  close: "Close",
+  zoomIn: "Zoom in",
+  zoomOut: "Zoom out",
+
+  helpRows: [
+    ["Drag", "look around"],
+    ["Wheel, two fingers, + and −", "zoom"],
+    ["W A S D, ↑ ↓", "walk; with Shift faster"],
+    ["← →, Page Up, Page Down", "turn, look up and down"],
+    ["Click or tap the ground", "go there"],
+    ["Click or tap a wall", "face it"],
+    ["Double click, G", "go to the nearest photograph"],
+    ["Enter", "act on what is in the middle"],
+    ["Home", "look level"],
+    ["1 to 9", "what is shown"],
+    ["M", "measure"],
+    ["Esc", "leave"],
+  ] as const,
+
+  quality: {
+    connecting: "Connecting",
+    loading: "Loading",
+    refining: "Refining",
+    final: "Final",
+    fault: "Incomplete",
+    resting: "Paused",
+    lost: "No connection",
+    refused: "Not available",
+  },
+  remaining: (parts: bigint) =>
+    parts === 1n ? "1 part to come" : `${parts.toLocaleString("en")} parts to come`,
+  resting: "move to go on",
+  retryIn: (seconds: number) => (seconds > 0 ? `trying again in ${seconds} s` : "trying again"),
+  retryNow: "Try now",
+  age: (seconds: number) => {
+    if (seconds < 2) {
+      return "just now";
+    }
+    if (seconds < 60) {
+      return `${Math.floor(seconds)} s ago`;
+    }
+    return `${Math.floor(seconds / 60)} min ago`;
+  },
+  progress: "Loading of this view",
+
+  insetMap: "Map. Click a place to go there.",
+  mapZoomIn: "Zoom the map in",
+  mapZoomOut: "Zoom the map out",
+  mapPlain: "A plain map: this browser has no WebGL.",
+  here: "You are here",
+
+  nothingThere: "Nothing was surveyed there",
+  noPhotograph: "No photograph is near",
+  pickFailed: (reason: string) => `The server could not say what is there: ${reason}`,
+
+  measurePanel: "Measure",
+  measureHint: "Click a place for its coordinates, a second one for the distance.",
+  measuring: "Asking the server …",
+  distance: "Distance",
+  horizontal: "horizontal",
+  vertical: "vertical",
+  place: (letter: string) => `Place ${letter}`,
+  position: "Position",
+  geographic: "WGS84",
+  notGeographic: "not tied to the Earth",
+  copy: "Copy",
+  copied: "Copied",
+  surface: "Measured on",
+  lidarPoint: (source: string, klass: string) => `lidar point of ${source}, ${klass}`,
+  lidarExact: "Point as stored",
+  gpsTime: "GPS time",
+  ground: "terrain",
+  wall: (footprint: string) => `wall of building ${footprint}`,
+  roof: (footprint: string) => `roof of building ${footprint}`,
+  uncertainty: "Uncertainty",
+  unknownUncertainty: "unknown",
+  coloured: "Photograph",
+  uncoloured: "none sees it",
+  photographs: (count: number) =>
+    count === 1 ? "1 photograph sees it" : `${count} photographs see it`,
+  undated: "undated",
+  clear: "Clear",
+
+  photograph: (panorama: string, camera: string) => `Photograph ${panorama}, camera ${camera}`,
+  photographLoading: "Loading the photograph",
+  photographFailed: (reason: string) => `The photograph could not be loaded: ${reason}`,
+  photographMissing: "The server does not know this photograph any more.",
+  standThere: "Go to where it was taken",
+  away: (metres: string) => `${metres} away`,
+
+  failed: (reason: string) => `This street cannot be opened: ${reason}`,
+} as const;
+
+/** Classes of LAS 1.4 that surveys of streets use. */
+const LAS_CLASSES: Readonly<Record<number, string>> = {
+  1: "unclassified",
+  2: "ground",
+  3: "low vegetation",
+  4: "vegetation",
+  5: "high vegetation",
+  6: "building",
+  7: "noise",
+  9: "water",
+  11: "road",
+  17: "bridge",
+};
+
+export function lasClass(code: number): string {
+  return LAS_CLASSES[code] ?? `class ${code}`;
+}

@@ -1,0 +1,11 @@
+import { defineConfig } from "vitest/config";
+
+export default defineConfig({
+  base: "./",
+  build: {
+    target: "es2022",
+    // The inset map is a file of its own, and comes after the street.
+    chunkSizeWarningLimit: 1200,
+  },
+  test: { include: ["src/**/*.test.ts"] },
+});
