@@ -6,18 +6,34 @@ LISTEN ?= 127.0.0.1:7878
 DEMO := target/demo
 FLANEUR := target/release/flaneur
 
-.PHONY: demo test setup
+# The web page, which the binary carries.
+WEB := services/web
+PAGE := $(WEB)/dist/index.html
+PAGE_SOURCES := $(shell find $(WEB)/src $(WEB)/public -path $(WEB)/src/gen -prune -o -type f -print) \
+	$(wildcard $(WEB)/*.json $(WEB)/*.ts $(WEB)/*.yaml proto/proto/flaneur/v1/*.proto) $(WEB)/index.html
+
+.PHONY: demo test setup web
 
 setup:
 	@deploy/setup-debian.sh
 
-demo: setup
+web: $(PAGE)
+
+$(WEB)/node_modules/.installed: $(WEB)/package-lock.json | setup
+	cd $(WEB) && npm ci --no-audit --no-fund
+	touch $@
+
+$(PAGE): $(WEB)/node_modules/.installed $(PAGE_SOURCES) | setup
+	cd $(WEB) && npm run build
+
+demo: setup web
 	cargo build --release --locked
 	@deploy/demo.sh $(FLANEUR) $(DEMO) $(LISTEN) $(ONCE)
 
-test:
+test: web
 	@deploy/setup-debian.sh test
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items --locked --quiet
 	cargo test --workspace --locked
+	cd $(WEB) && npm run check

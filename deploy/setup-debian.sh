@@ -1,8 +1,9 @@
 #!/bin/sh
 # Installs what building and rendering need and a Debian machine may lack:
 #   a C compiler (some crates carry C), a Vulkan loader, and Mesa's software
-#   driver where no Vulkan driver is installed. With "test": Python's venv and the
-#   packages of the foreign-client test, in target/python-venv.
+#   driver where no Vulkan driver is installed; Node.js 18 or later and npm, for the web page.
+#   With "test": Chromium, which looks at the page; Python's venv and the packages of the
+#   foreign-client test, in target/python-venv.
 # Does nothing, and needs no rights, where everything is there.
 set -eu
 
@@ -18,7 +19,10 @@ if [ -z "${VK_DRIVER_FILES:-}" ] &&
     ! find /usr/share/vulkan/icd.d /etc/vulkan/icd.d -name '*.json' 2>/dev/null | grep -q .; then
     packages="$packages mesa-vulkan-drivers"
 fi
+command -v node >/dev/null || packages="$packages nodejs"
+command -v npm >/dev/null || packages="$packages npm"
 if [ "${1:-}" = test ]; then
+    [ -x "${CHROMIUM:-/usr/bin/chromium}" ] || packages="$packages chromium"
     command -v python3 >/dev/null || packages="$packages python3"
     python3 -c 'import ensurepip, venv' 2>/dev/null || packages="$packages python3-venv"
 fi
@@ -34,6 +38,11 @@ if [ -n "$packages" ]; then
         exit 2
     }
 fi
+
+node -e 'process.exit(Number(process.versions.node.split(".")[0]) >= 18 ? 0 : 1)' || {
+    echo "setup: Node.js is $(node --version); install version 18 or later first" >&2
+    exit 2
+}
 
 if [ "${1:-}" = test ]; then
     venv=target/python-venv

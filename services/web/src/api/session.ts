@@ -32,6 +32,9 @@ export interface SessionListener {
 /** No answer for so long is no connection. */
 const ANSWER_MS = 8000;
 
+/** Where the server says that views come too fast, the next comes after so long. */
+const SLOWER_MS = 200;
+
 /** Codes that another attempt would only meet again. */
 const HOPELESS = new Set([
   Code.InvalidArgument,
@@ -204,6 +207,12 @@ export class Session {
       // The session is gone; nothing was lost but that.
       this.#forget();
       void this.#watch();
+      return;
+    }
+    if (error.code === Code.ResourceExhausted) {
+      // Too many views; the newest goes a little later.
+      this.#sent = 0n;
+      setTimeout(() => this.#pump(), SLOWER_MS);
       return;
     }
     this.#ended(watching, error);

@@ -40,6 +40,8 @@ export class Keys {
       if (event.ctrlKey || event.metaKey || event.altKey || isForOthers(event, stage)) {
         return;
       }
+      // Shows where Enter acts.
+      stage.classList.add("by-keys");
       if (WAYS[event.code]) {
         event.preventDefault();
         if (!this.#held.has(event.code)) {

@@ -43,6 +43,7 @@ export function steerByPointers(host: HTMLElement, steering: Steering): void {
     for (const touch of touches.values()) {
       touch.moved = true;
     }
+    host.classList.remove("by-keys");
     touches.set(event.pointerId, { start: at, startMs: event.timeStamp, last: at, moved });
     host.classList.add("held");
   });

@@ -64,7 +64,11 @@ export class StatusPanel {
   frame(frame: Frame): void {
     this.#frame = frame;
     this.#frameMs = performance.now();
-    this.#most = frame.final ? 0n : frame.remaining > this.#most ? frame.remaining : this.#most;
+    if (frame.final) {
+      this.#most = 0n;
+    } else if (frame.remaining > this.#most) {
+      this.#most = frame.remaining;
+    }
     this.#draw();
   }
 
