@@ -23,7 +23,7 @@ impl Server {
         let mut process = flaneur()
             .arg("serve")
             .arg(store)
-            .args(["--listen", "127.0.0.1:0"])
+            .args(["--no-render", "--listen", "127.0.0.1:0"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()

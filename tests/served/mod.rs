@@ -24,20 +24,34 @@ pub(crate) fn flaneur<'a>(arguments: impl IntoIterator<Item = &'a OsStr>) {
 }
 
 impl Served {
-    /// Serves stores; ready when it returns.
+    /// Serves the data of stores; ready when it returns.
     pub(crate) fn start(stores: &[&Path]) -> Self {
         Self::start_at(stores, "127.0.0.1:0")
     }
 
     /// The same on a given address.
     pub(crate) fn start_at(stores: &[&Path], listen: &str) -> Self {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_flaneur"))
-            .arg("serve")
-            .args(stores)
-            .args(["--listen", listen])
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the binary starts");
+        let stores = stores.iter().map(|store| store.as_os_str());
+        let rest = ["--no-render", "--listen", listen].map(OsStr::new);
+        Self::run(&mut Self::command(stores.chain(rest)))
+    }
+
+    /// Serves on a free port as the arguments say.
+    pub(crate) fn with<'a>(arguments: impl IntoIterator<Item = &'a OsStr>) -> Self {
+        let free = ["--listen", "127.0.0.1:0"].map(OsStr::new);
+        Self::run(&mut Self::command(arguments.into_iter().chain(free)))
+    }
+
+    /// `flaneur serve` with these arguments, to be changed before it is run.
+    pub(crate) fn command<'a>(arguments: impl IntoIterator<Item = &'a OsStr>) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flaneur"));
+        command.arg("serve").args(arguments);
+        command
+    }
+
+    /// Starts a command of [`Served::command`]; ready when it returns.
+    pub(crate) fn run(command: &mut Command) -> Self {
+        let mut process = command.stdout(Stdio::piped()).spawn().expect("the binary starts");
         let mut line = String::new();
         let stdout = process.stdout.take().expect("piped");
         BufReader::new(stdout).read_line(&mut line).expect("text");
@@ -59,6 +73,11 @@ impl Served {
     pub(crate) fn kill(mut self) {
         self.process.kill().expect("it runs");
         self.process.wait().expect("it ends");
+    }
+
+    /// Its process.
+    pub(crate) fn id(&self) -> u32 {
+        self.process.id()
     }
 
     /// Sends it a signal, as in `-STOP`.
