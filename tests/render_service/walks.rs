@@ -61,7 +61,7 @@ async fn a_new_view_supersedes_the_old_ones() {
     assert!(frames.is_sorted_by_key(|frame| frame.sequence), "never back");
     assert!(frames.len() < 30, "{} frames of 60 views that came at once", frames.len());
     let end = frames.last().expect("one at least");
-    assert_eq!((end.sequence, end.view.clone()), (61, Some(view(60.0))));
+    assert_eq!((end.sequence, end.view), (61, Some(view(60.0))));
 
     // A view that is older than the last changes nothing.
     walker.send(update(7, 180.0)).await;

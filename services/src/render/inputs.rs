@@ -72,7 +72,7 @@ impl Inputs {
     }
 
     /// Takes a further update. One that is older than the last changes no view.
-    pub(super) fn update(&self, update: v1::ViewUpdate) -> Result<(), Refusal> {
+    pub(super) fn update(&self, update: &v1::ViewUpdate) -> Result<(), Refusal> {
         if !(update.scene.is_empty() || update.scene == self.scene) {
             let problem = format!("is {:?}, the session's is {:?}", update.scene, self.scene);
             return Err(Refusal::Bad(FieldError::new("scene", problem)));

@@ -114,13 +114,13 @@ async fn listen(
             }
             Err(status) => return status,
         };
-        match inputs.update(update.clone()) {
+        match inputs.update(&update) {
             Ok(()) => {}
             Err(refusal @ Refusal::Bad(_)) => return refusal.status(&options),
             // What follows waits on the wire.
             Err(Refusal::TooFast(wait)) => {
                 tokio::time::sleep(wait).await;
-                if let Err(refusal) = inputs.update(update) {
+                if let Err(refusal) = inputs.update(&update) {
                     return refusal.status(&options);
                 }
             }
@@ -195,7 +195,7 @@ impl v1::render_service_server::RenderService for Rendering {
         let inputs = inputs.ok_or_else(|| Status::not_found("no such session; watch again"))?;
         let update = update.ok_or_else(|| FieldError::new("update", "is absent"));
         let update = update.map_err(|e| status::invalid(&e))?;
-        inputs.update(update).map_err(|refusal| refusal.status(&self.options))?;
+        inputs.update(&update).map_err(|refusal| refusal.status(&self.options))?;
         Ok(Response::new(v1::UpdateViewResponse {}))
     }
 
