@@ -45,6 +45,14 @@ async fn frames_come_in_order_and_the_last_is_final() {
     assert!(more.is_err(), "{more:?}");
     let rest = walker.end().await.expect("a good end");
     assert!(rest.is_empty(), "the last frame was final");
+
+    // A server that is told to stop tells those who walk.
+    let mut walker = Walker::begin(&mut client, 40.0).await.expect("a walk");
+    walker.settle().await;
+    served.signal("-TERM");
+    let status = walker.next().await.expect_err("it ends");
+    assert_eq!(status.code(), Code::Unavailable, "{status}");
+    assert!(served.stop().success(), "a good end");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -75,6 +75,7 @@ pub(super) struct Answers {
     pub(super) routes: Routes,
     pub(super) metrics: Metrics,
     health: HealthReporter,
+    rendering: Option<Rendering>,
     /// Names of the services, as health checks know them; the empty one is the server.
     names: Vec<&'static str>,
 }
@@ -123,8 +124,9 @@ impl Answers {
                 .add_service(PointServiceServer::new(services));
             names.extend(DATA);
         }
-        let has_page = offer.rendering.is_some() && page::is_there();
-        if let Some(rendering) = offer.rendering {
+        let rendering = offer.rendering;
+        let has_page = rendering.is_some() && page::is_there();
+        if let Some(rendering) = rendering.clone() {
             grpc = grpc.add_service(RenderServiceServer::new(rendering));
             names.push(RenderServiceServer::<Rendering>::NAME);
         }
@@ -135,13 +137,22 @@ impl Answers {
             // Refuses HTTP/1 that is not gRPC-Web, so the pages stay outside of it.
             .layer(GrpcWebLayer::new())
             .merge(pages(&metrics, has_page));
-        let answers = Self { routes: Routes::from(router).prepare(), metrics, health, names };
+        let routes = Routes::from(router).prepare();
+        let answers = Self { routes, metrics, health, rendering, names };
         answers.set_health(ServingStatus::Serving).await;
         Ok(answers)
     }
 
+    /// New calls are not welcome, and those end that would go on for ever.
+    pub(super) async fn stop(&self) {
+        self.set_health(ServingStatus::NotServing).await;
+        if let Some(rendering) = &self.rendering {
+            rendering.stop();
+        }
+    }
+
     /// Tells health checks whether new calls are welcome.
-    pub(super) async fn set_health(&self, status: ServingStatus) {
+    async fn set_health(&self, status: ServingStatus) {
         for &name in &self.names {
             self.health.set_service_status(name, status).await;
         }

@@ -6,7 +6,6 @@ use std::time::Duration;
 use http::Method;
 use http::header::HeaderName;
 use tokio::net::{TcpListener, TcpSocket};
-use tonic_health::ServingStatus;
 use tower_http::cors::{Any, CorsLayer};
 
 use super::connections::connections;
@@ -96,7 +95,7 @@ impl Server {
         let orders = async {
             stop.await;
             tracing::info!("stopping: no new calls");
-            answers.set_health(ServingStatus::NotServing).await;
+            answers.stop().await;
             let _ = stopping.send(true);
             tokio::time::sleep(DRAIN).await;
             tracing::warn!("calls still in flight are cut off");

@@ -8,6 +8,7 @@ use flaneur_streamer::Servers;
 use glam::DVec2;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
+use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
 use super::inputs::{Inputs, Refusal};
@@ -32,6 +33,8 @@ pub struct Rendering {
     /// One for each pick: who asks a lot at once must not keep those waiting who walk.
     picks: Arc<Semaphore>,
     adapter: Option<Arc<str>>,
+    /// Cancelled when the server stops.
+    stopping: CancellationToken,
 }
 
 impl Rendering {
@@ -48,7 +51,8 @@ impl Rendering {
         let scenes = scenes.map_err(|error| Arc::from(error.to_string()));
         let places = Arc::new(Semaphore::new(options.sessions));
         let picks = Arc::new(Semaphore::new(PICKS));
-        Self { options, scenes, sessions: Arc::default(), places, picks, adapter }
+        let (sessions, stopping) = (Arc::default(), CancellationToken::new());
+        Self { options, scenes, sessions, places, picks, adapter, stopping }
     }
 
     /// Name of the adapter that renders, or why none does.
@@ -57,6 +61,11 @@ impl Rendering {
             (Err(reason), _) => Err(reason),
             (Ok(_), adapter) => Ok(adapter.as_deref().unwrap_or_default()),
         }
+    }
+
+    /// Ends all sessions, and begins none any more: their clients watch another server.
+    pub(crate) fn stop(&self) {
+        self.stopping.cancel();
     }
 
     fn scenes(&self) -> Result<&Arc<Scenes>, Status> {
@@ -83,11 +92,14 @@ impl Rendering {
         let place = self.place()?;
         let scene = scenes.open(inputs.scene()).await?;
         let (frames, receiver) = mpsc::channel(1);
-        let options = Arc::clone(&self.options);
+        let (options, stopping) = (Arc::clone(&self.options), self.stopping.clone());
         tokio::spawn(async move {
             let status = tokio::select! {
                 outcome = session::run(scene, inputs, options, frames.clone()) => outcome.err(),
                 status = ending => Some(status),
+                () = stopping.cancelled() => {
+                    Some(Status::unavailable("the server is stopping; watch again"))
+                }
             };
             if let Some(status) = status {
                 // Nobody may listen any more.
