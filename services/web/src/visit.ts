@@ -1,7 +1,7 @@
 import type { Session } from "./api/session";
 import type { Keys } from "./controls/keys";
 import type { ScreenPoint, Steering } from "./controls/steering";
-import { degrees } from "./geometry/angles";
+import { clamp, degrees, shortTurn } from "./geometry/angles";
 import { planDistance, type Vector3 } from "./geometry/vector";
 import type { Terrain } from "./ground/terrain";
 import { type Flight, flight, poseAt } from "./motion/flight";
@@ -12,15 +12,20 @@ import type { Stage } from "./picture/stage";
 import type { Layer } from "./state/layer";
 import type { Value } from "./state/value";
 import { viewMessage } from "./view/message";
-import { focalLength, rayOf } from "./view/pinhole";
+import { focalLength, type Pinhole, rayOf } from "./view/pinhole";
 import { direction, normalised, type Pose, samePose } from "./view/pose";
 
 /** One that has not moved for so long stands still, milliseconds, and gets the whole picture. */
-const SETTLED_MS = 150;
+const SETTLED_MS = 70;
 /** A tab that was asleep does not leap, seconds. */
 const LONGEST_STEP_S = 0.1;
 /** The first step is made at once, as long as a frame of the screen takes, seconds. */
 const FIRST_STEP_S = 1 / 60;
+
+/** Pictures are asked for no farther ahead of a turning head, degrees ... */
+const FARTHEST_LEAD_DEG = 25;
+/** ... and the head's speed is that of the last moments, milliseconds. */
+const LEAD_MEMORY_MS = 80;
 
 /** What a person's hands and feet act on, and what asks for pictures accordingly. */
 export interface VisitParts {
@@ -44,7 +49,10 @@ export class Visit implements Steering {
   #flight: Flight | undefined;
   #ticking = false;
   #lastTickMs: number | undefined;
-  #asked: { pose: Pose; layer: Layer; whole: boolean } | undefined;
+  /** Degrees a millisecond, clockwise. */
+  #turning = 0;
+  #turnedMs = 0;
+  #asked: { camera: Pinhole; layer: Layer } | undefined;
   #settle: ReturnType<typeof setTimeout> | undefined;
 
   constructor(parts: VisitParts) {
@@ -143,18 +151,31 @@ export class Visit implements Steering {
     if (planDistance(before.eye, now.eye) > 0) {
       void terrain.around(now.eye[0], now.eye[1]);
     }
+    this.#noteTurn(shortTurn(before.headingDeg, now.headingDeg), nowMs);
     this.#ask(this.#flight?.to ?? now, this.#flight !== undefined || !samePose(before, now));
     if (gait || this.#flight) {
       this.wake();
     }
   }
 
+  #noteTurn(turnDeg: number, nowMs: number): void {
+    const passed = Math.min(Math.max(nowMs - this.#turnedMs, 4), LEAD_MEMORY_MS);
+    const part = passed / LEAD_MEMORY_MS;
+    this.#turning += part * (turnDeg / passed - this.#turning);
+    this.#turnedMs = nowMs;
+  }
+
+  /** Where the head will be by when a picture is there. */
+  #ahead(pose: Pose): Pose {
+    const lead = this.#turning * this.#parts.pace.delayMs;
+    const headingDeg = pose.headingDeg + clamp(lead, -FARTHEST_LEAD_DEG, FARTHEST_LEAD_DEG);
+    return normalised({ ...pose, headingDeg });
+  }
+
   /** Asks for pictures of a pose: quick ones on the way, the whole one at rest. */
   #ask(pose: Pose, moving: boolean): void {
     const { session, pace, screen } = this.#parts;
     const layer = this.#parts.layer.get();
-    const asked = this.#asked;
-    const same = asked && samePose(asked.pose, pose) && asked.layer === layer;
     if (moving || this.#settle !== undefined) {
       clearTimeout(this.#settle);
       this.#settle = setTimeout(() => {
@@ -162,13 +183,19 @@ export class Visit implements Steering {
         this.wake();
       }, SETTLED_MS);
     }
-    const whole = this.#settle === undefined;
-    if (same && (asked.whole || !whole)) {
-      return;
+    const asked = this.#asked;
+    const turns = asked !== undefined && asked.camera.pose.headingDeg !== pose.headingDeg;
+    const camera =
+      this.#settle === undefined
+        ? pictureOf(pose, screen(), WHOLE)
+        : pictureOf(this.#flight ? pose : this.#ahead(pose), screen(), pace.moving(turns));
+    if (!asked || asked.layer !== layer || !sameCamera(asked.camera, camera)) {
+      this.#asked = { camera, layer };
+      session.want(viewMessage(camera, layer));
     }
-    const turning = asked !== undefined && asked.pose.headingDeg !== pose.headingDeg;
-    const camera = pictureOf(pose, screen(), whole ? WHOLE : pace.moving(turning));
-    this.#asked = { pose, layer, whole };
-    session.want(viewMessage(camera, layer));
   }
+}
+
+function sameCamera(a: Pinhole, b: Pinhole): boolean {
+  return a.width === b.width && a.height === b.height && samePose(a.pose, b.pose);
 }

@@ -3,8 +3,11 @@ import { type Effort, WHOLE } from "./request";
 
 /** A frame on the way should not take the server longer, milliseconds. */
 const AIM_MS = 80;
-/** Sizes on the way, as parts of the best picture's pixels: few, so that they seldom change. */
-const PARTS = [1, 0.5, 0.25] as const;
+/**
+ * Sizes on the way, as parts of the best picture's pixels. Below these the server makes its own
+ * pictures coarser, and knows better where.
+ */
+const PARTS = [1, 0.5] as const;
 /** Turning shows what lies beside the picture before the next one is there. */
 const TURNING_MARGIN = 1.2;
 
@@ -16,12 +19,21 @@ export class Pace {
   /** Milliseconds for a million pixels, smoothed; a guess before the first frame. */
   #cost = 150;
 
+  /** From a view to its frame, milliseconds, smoothed. */
+  #delay = 150;
+
+  /** How long a frame takes to come, milliseconds. */
+  get delayMs(): number {
+    return this.#delay;
+  }
+
   /** Takes note of what a frame took; final ones take as long as they need, and say nothing. */
   took(frame: Frame): void {
     const pixels = (frame.view?.width ?? 0) * (frame.view?.height ?? 0);
     if (!frame.final && pixels > 0) {
       const cost = ((frame.renderMs + frame.encodeMs) * 1e6) / pixels;
       this.#cost += 0.25 * (cost - this.#cost);
+      this.#delay += 0.25 * (frame.latencyMs - this.#delay);
     }
   }
 

@@ -56,7 +56,7 @@ describe("the pace", () => {
       quick.took(frame(4));
     }
     expect(quick.moving(false).pixels).toBe(WHOLE.pixels);
-    expect(slow.moving(false).pixels).toBe(WHOLE.pixels / 4);
+    expect(slow.moving(false).pixels).toBe(WHOLE.pixels / 2);
     expect(slow.moving(true).margin).toBeGreaterThan(1);
   });
 

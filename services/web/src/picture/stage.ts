@@ -11,6 +11,9 @@ const REACH_M = 4;
 /** How far ahead things are taken to be where a picture is shown from another eye, metres. */
 const AHEAD_M = 12;
 
+/** Size of the blurred picture behind all others. */
+const BACKDROP = { width: 24, height: 14 };
+
 interface Picture {
   readonly canvas: HTMLCanvasElement;
   readonly camera: Pinhole;
@@ -20,18 +23,24 @@ interface Picture {
 /**
  * The street as it is now: the newest frame, moved to where one looks by the homography between
  * its view and the present one, and beneath it a few older ones for where it does not reach.
+ * Behind all lie its mere colours, so that nothing is ever blank.
  */
 export class Stage {
   readonly #host: HTMLElement;
   /** The newest last. */
   #pictures: Picture[] = [];
   #spare: HTMLCanvasElement[] = [];
+  readonly #backdrop = document.createElement("canvas");
   #shown: Pinhole;
   #onShown: () => void = () => {};
 
   constructor(host: HTMLElement, pose: Pose) {
     this.#host = host;
     this.#shown = { pose, width: host.clientWidth, height: host.clientHeight };
+    this.#backdrop.className = "backdrop";
+    this.#backdrop.width = BACKDROP.width;
+    this.#backdrop.height = BACKDROP.height;
+    host.append(this.#backdrop);
   }
 
   /** What is on the screen: its pose, and its size in CSS pixels. */
@@ -57,6 +66,8 @@ export class Stage {
     canvas.height = bitmap.height;
     canvas.style.width = `${camera.width}px`;
     canvas.style.height = `${camera.height}px`;
+    const { width, height } = BACKDROP;
+    this.#backdrop.getContext("2d")?.drawImage(bitmap, 0, 0, width, height);
     // Takes the pixels over without a copy, before the canvas is seen.
     canvas.getContext("bitmaprenderer")?.transferFromImageBitmap(bitmap);
     const mode = frame.view?.mode ?? 0;
