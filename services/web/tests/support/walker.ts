@@ -66,6 +66,21 @@ export class Walker {
     await this.page.mouse.click(...at);
   }
 
+  /** Whether the newest picture fills the stage: no corner of it lies inside. */
+  async coverage(): Promise<boolean> {
+    return this.stage.evaluate((stage) => {
+      const newest = [...stage.querySelectorAll(".picture")].pop();
+      const [box, inner] = [stage.getBoundingClientRect(), newest?.getBoundingClientRect()];
+      return (
+        inner !== undefined &&
+        inner.left <= box.left + 1 &&
+        inner.top <= box.top + 1 &&
+        inner.right >= box.right - 1 &&
+        inner.bottom >= box.bottom - 1
+      );
+    });
+  }
+
   /** Mean and spread of the colours of what is on the screen, from 0 to 255: a blank has no spread. */
   async colours(): Promise<{ mean: number; spread: number }> {
     const png = await this.stage.screenshot();

@@ -1,0 +1,64 @@
+import { distance, planDistance, type Vector3 } from "../src/geometry/vector";
+import { findPixels, linkTo } from "./support/places";
+import { expect, test } from "./support/test";
+import { trueViews } from "./support/truth";
+
+/** What the issue of a measurement may be off, metres. */
+const TOLERANCE_M = 0.05;
+
+test("measures between places of the street, as they truly are", async ({
+  server,
+  walker,
+  keep,
+}) => {
+  const { page } = walker;
+  const walls = findPixels(trueViews(), (place, view) => {
+    const above = place[2] - view.pose.eye[2];
+    return above > 0.3 && planDistance(place, view.pose.eye) < 12;
+  });
+  const [from] = walls;
+  const to = walls.find(
+    (wall) => from && wall.view === from.view && distance(wall.place, from.place) > 2,
+  );
+  if (!from || !to) {
+    throw new Error("no view shows two such places");
+  }
+  await walker.open(linkTo(server.url, from.view.pose));
+  await page.getByRole("button", { name: "Measure" }).click();
+  const panel = page.getByRole("region", { name: "Measure" });
+  await walker.click(from.at);
+  await expect(panel.getByText("WGS84")).toBeVisible();
+  const said = async (index: number): Promise<Vector3> => {
+    const text = await panel.locator("[data-figure=position]").nth(index).textContent();
+    const [x = 0, y = 0, z = 0] = (text ?? "").split(", ").map(Number);
+    return [x, y, z];
+  };
+  expect(distance(await said(0), from.place)).toBeLessThan(TOLERANCE_M);
+  // One place says where it is, from what it is known, when it was seen, and how surely.
+  for (const row of ["Measured on", "Uncertainty", "Photograph"]) {
+    await expect(panel.getByText(row, { exact: true }).first()).toBeVisible();
+  }
+  await walker.click(to.at);
+  const figure = panel.locator("[data-figure=distance]");
+  await expect(figure).toBeVisible();
+  expect(distance(await said(1), to.place)).toBeLessThan(TOLERANCE_M);
+  const measured = Number.parseFloat((await figure.textContent()) ?? "");
+  expect(Math.abs(measured - distance(from.place, to.place))).toBeLessThan(TOLERANCE_M);
+  await expect(page.locator(".ruler line").first()).toBeVisible();
+  await keep("measured");
+
+  // The photographs that see a place can be opened.
+  const list = panel.getByText(/photographs? see/).first();
+  await list.click();
+  await panel.locator(".sight").first().click();
+  const dialog = page.getByRole("dialog", { name: /^Photograph/ });
+  const photograph = dialog.getByRole("img");
+  await expect(photograph).toBeVisible();
+  expect(
+    await photograph.evaluate((image: HTMLImageElement) => image.naturalWidth),
+  ).toBeGreaterThan(100);
+  await expect(dialog.locator(".mark")).toBeVisible();
+  await keep("photograph");
+  await page.keyboard.press("Escape");
+  await expect(dialog).toBeHidden();
+});
