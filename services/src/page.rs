@@ -11,7 +11,7 @@ use tower_http::compression::CompressionLayer;
 
 /// The page's files. There are none where it was not built before the binary was.
 #[derive(Embed)]
-#[folder = "$CARGO_MANIFEST_DIR/web/dist"]
+#[folder = "web/dist"]
 #[allow_missing = true]
 struct Files;
 
