@@ -3,7 +3,9 @@
 #   a C compiler (some crates carry C), a Vulkan loader, and Mesa's software
 #   driver where no Vulkan driver is installed; Node.js 18 or later and npm, for the web page.
 #   With "test": Chromium, which looks at the page; Python's venv and the packages of the
-#   foreign-client test, in target/python-venv.
+#   foreign-client test, in target/python-venv; what the window's test looks at it with: an
+#   X server without a screen, hands, and the libraries that windows are made with (a desktop
+#   has those).
 # Does nothing, and needs no rights, where everything is there.
 set -eu
 
@@ -25,6 +27,12 @@ if [ "${1:-}" = test ]; then
     [ -x "${CHROMIUM:-/usr/bin/chromium}" ] || packages="$packages chromium"
     command -v python3 >/dev/null || packages="$packages python3"
     python3 -c 'import ensurepip, venv' 2>/dev/null || packages="$packages python3-venv"
+    command -v Xvfb >/dev/null || packages="$packages xvfb"
+    command -v xdotool >/dev/null || packages="$packages xdotool"
+    /sbin/ldconfig -p | grep -q 'libX11-xcb\.so\.1' || packages="$packages libx11-6 libx11-xcb1"
+    /sbin/ldconfig -p | grep -q 'libXcursor\.so\.1' || packages="$packages libxcursor1"
+    /sbin/ldconfig -p | grep -q 'libXi\.so\.6' || packages="$packages libxi6"
+    /sbin/ldconfig -p | grep -q 'libxkbcommon-x11\.so\.0' || packages="$packages libxkbcommon-x11-0"
 fi
 
 if [ -n "$packages" ]; then

@@ -27,14 +27,22 @@ impl Exit {
         Self::Failed(error.into())
     }
 
+    /// What went wrong, on one line.
+    pub(crate) fn message(&self) -> String {
+        match self {
+            Self::BadInput(error) | Self::Failed(error) => one_line(error),
+            Self::Interrupted => "interrupted".to_owned(),
+        }
+    }
+
     /// Prints the one line `flaneur: …` on stderr and gives the exit code.
     pub(crate) fn report(&self, console: &Console) -> ExitCode {
-        let (text, code) = match self {
-            Self::BadInput(error) => (one_line(error), 2),
-            Self::Failed(error) => (one_line(error), 1),
-            Self::Interrupted => ("interrupted".to_owned(), 130),
+        let code = match self {
+            Self::BadInput(_) => 2,
+            Self::Failed(_) => 1,
+            Self::Interrupted => 130,
         };
-        console.line(&format!("flaneur: {text}"));
+        console.line(&format!("flaneur: {}", self.message()));
         ExitCode::from(code)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::str::FromStr;
+use std::time::Duration;
 
 use flaneur_scene::{PosedCamera, View};
 use glam::{DVec3, UVec2};
@@ -60,6 +61,16 @@ struct Entry {
 }
 
 impl Viewpoint {
+    /// Where it stands, world, metres.
+    pub(crate) fn eye(&self) -> DVec3 {
+        self.eye
+    }
+
+    /// Its heading, clockwise from grid north, and its pitch, up, radians.
+    pub(crate) fn angles(&self) -> (f64, f64) {
+        (self.heading_deg.to_radians(), self.pitch_deg.to_radians())
+    }
+
     /// The view from here, as high as `height` says unless it has a field of view of its own,
     /// and of the size `asked`, else of its own, else of `default`.
     pub(crate) fn view(&self, height: Height, asked: Option<Size>, default: Size) -> View {
@@ -171,6 +182,16 @@ pub(crate) fn parse_height(text: &str) -> Result<f64, String> {
         Ok(height_m)
     } else {
         Err(format!("the height is {height_m}, must be 0.01 to 100000 metres"))
+    }
+}
+
+/// A time that a frame may take, milliseconds.
+pub(crate) fn parse_budget(text: &str) -> Result<Duration, String> {
+    let ms: f64 = text.parse().map_err(|_| format!("{text:?} is no number of milliseconds"))?;
+    if (1.0..=60_000.0).contains(&ms) {
+        Ok(Duration::from_secs_f64(ms / 1e3))
+    } else {
+        Err(format!("the budget is {ms} ms, must be 1 to 60000"))
     }
 }
 

@@ -7,6 +7,7 @@ mod ingest;
 mod render;
 mod sample;
 mod serve;
+mod view;
 mod walk;
 
 use clap::Subcommand;
@@ -25,6 +26,8 @@ pub(crate) enum Command {
     Serve(serve::ServeArguments),
     /// Render views of a scene into pictures
     Render(render::RenderArguments),
+    /// Walk about a scene in a window
+    View(view::ViewArguments),
     /// Measure renderings against photographs that were held out
     Eval(eval::EvalArguments),
     /// Measure the time that frames take against their error
@@ -60,6 +63,7 @@ impl Command {
             Self::Ingest(arguments) => ingest::run(arguments, context).await,
             Self::Serve(arguments) => serve::run(arguments, context).await,
             Self::Render(arguments) => render::run(arguments, context).await,
+            Self::View(arguments) => view::run(arguments, context).await,
             Self::Eval(arguments) => eval::run(arguments, context).await,
             Self::Bench(arguments) => bench::run(arguments, context).await,
             Self::Walk(arguments) => walk::run(arguments, context).await,

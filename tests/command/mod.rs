@@ -1,5 +1,7 @@
 //! The `flaneur` binary as a person runs it.
 
+#![allow(dead_code, reason = "each test file is a crate and uses its share")]
+
 use std::path::Path;
 use std::process::{Command, Output};
 

@@ -23,7 +23,9 @@ use crate::memory::GpuMemory;
 use crate::names::{Names, Pattern};
 use crate::payload_cache::PayloadCache;
 use crate::source::{Source, note, stream_exit};
-use crate::viewpoints::{Height, Size, Viewpoint, parse_fov, parse_height, read_path, view_like};
+use crate::viewpoints::{
+    Height, Size, Viewpoint, parse_budget, parse_fov, parse_height, read_path, view_like,
+};
 use picture::format_of;
 use report::{FrameReport, Report};
 
@@ -333,16 +335,6 @@ fn hold(
         }
     }
     Ok(budget.standing())
-}
-
-/// A time that a frame may take, milliseconds.
-fn parse_budget(text: &str) -> Result<Duration, String> {
-    let ms: f64 = text.parse().map_err(|_| format!("{text:?} is no number of milliseconds"))?;
-    if (1.0..=60_000.0).contains(&ms) {
-        Ok(Duration::from_secs_f64(ms / 1e3))
-    } else {
-        Err(format!("the budget is {ms} ms, must be 1 to 60000"))
-    }
 }
 
 fn milliseconds(since: Instant) -> f64 {

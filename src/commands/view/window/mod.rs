@@ -1,0 +1,333 @@
+//! The window: what people do to it, in; pictures, out.
+
+mod controls;
+mod figures;
+mod panels;
+mod picture;
+mod pointer;
+mod reprojection;
+mod screen;
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use flaneur_renderer::Mode;
+use flaneur_scene::Panorama;
+use flaneur_streamer::{Client, StreamOptions};
+use glam::{DVec2, DVec3, UVec2};
+use tokio_util::sync::CancellationToken;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::window::{Window, WindowId};
+
+use super::opened::{Opened, nearest};
+use super::painter::{Click, News, Order, Painter, Shown, Wish};
+use super::visitor::Visitor;
+use crate::exit::Exit;
+use figures::Facts;
+use panels::PanelState;
+use pointer::Pointer;
+use screen::Screen;
+
+/// While something moves the window is drawn so often.
+const PACE: Duration = Duration::from_millis(16);
+/// Who has not moved for so long stands.
+const REST: Duration = Duration::from_millis(150);
+/// Least sides of the window, pixels.
+const SMALLEST: PhysicalSize<u32> = PhysicalSize::new(160, 120);
+
+/// What is told to the window.
+pub(super) enum Told {
+    /// By the painter.
+    Painter(News),
+    /// The photograph nearest to what was clicked twice.
+    Photograph(Result<Option<(Panorama, DVec3)>, Exit>),
+    /// A scene was dropped onto it and opened.
+    Opened(Result<Box<Opened>, Exit>),
+    /// The program is to end.
+    Cancelled,
+}
+
+/// What a window shows.
+pub(super) struct Scene {
+    pub(super) client: Client,
+    pub(super) name: String,
+    pub(super) crs: String,
+}
+
+/// A window on a scene.
+pub(super) struct App {
+    pub(super) visitor: Visitor,
+    pub(super) painter: Painter,
+    pub(super) scene: Scene,
+    pub(super) mode: Mode,
+    /// Of the window at first, pixels.
+    pub(super) size: UVec2,
+    pub(super) adapter: String,
+    pub(super) proxy: EventLoopProxy<Told>,
+    /// For scenes that are dropped onto the window.
+    pub(super) stream_options: StreamOptions,
+    pub(super) open: Option<Open>,
+    /// Why it ended, where that is not because someone closed it.
+    pub(super) exit: Option<Exit>,
+}
+
+/// The window once it is there.
+pub(super) struct Open {
+    window: Arc<Window>,
+    screen: Screen,
+    panels: PanelState,
+    pointer: Pointer,
+    shown: Option<Box<Shown>>,
+    moved_at: Instant,
+    /// Whether the painter was told that one stands.
+    rests: bool,
+    drawn_at: Instant,
+    drawing: Duration,
+    /// Whether it is to be drawn again at the next beat.
+    moves: bool,
+}
+
+/// An event loop for a window.
+///
+/// # Errors
+/// Where there is no display.
+pub(super) fn event_loop() -> Result<EventLoop<Told>, Exit> {
+    EventLoop::with_user_event().build().map_err(|error| {
+        // It names source files of the machine that this was built on.
+        tracing::debug!(%error, "no display");
+        Exit::Failed(anyhow::anyhow!(
+            "cannot open a window: no display answers; log in to a desktop, or set DISPLAY or \
+             WAYLAND_DISPLAY, or use `flaneur render` for pictures in files"
+        ))
+    })
+}
+
+/// Shows the window until it is closed, or `cancel`.
+pub(super) fn run(
+    event_loop: EventLoop<Told>,
+    mut app: App,
+    cancel: CancellationToken,
+) -> Result<(), Exit> {
+    let proxy = app.proxy.clone();
+    let watch = tokio::spawn(async move {
+        cancel.cancelled().await;
+        drop(proxy.send_event(Told::Cancelled));
+    });
+    let outcome = event_loop.run_app(&mut app);
+    watch.abort();
+    if let Some(exit) = app.exit.take() {
+        return Err(exit);
+    }
+    outcome.map_err(Exit::failed)
+}
+
+impl ApplicationHandler<Told> for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.open.is_some() {
+            return;
+        }
+        match open(event_loop, &self.scene.name, self.size) {
+            Ok(open) => self.open = Some(open),
+            Err(error) => self.end(event_loop, Exit::Failed(error.context("cannot open a window"))),
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(open) = &mut self.open else { return };
+        let of_panel = open.panels.notice(&open.window, &event);
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = self.draw(event_loop) {
+                    self.end(event_loop, Exit::Failed(error.context("cannot draw the window")));
+                }
+            }
+            WindowEvent::Resized(_) => {
+                open.screen.resize();
+                open.wake();
+            }
+            event => self.control(&event, of_panel),
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, told: Told) {
+        match told {
+            Told::Painter(News::Failed(exit)) => self.end(event_loop, exit),
+            Told::Cancelled => self.end(event_loop, Exit::Interrupted),
+            Told::Painter(News::Frame(shown)) => self.show(shown),
+            Told::Painter(News::Fault(fault)) => self.say(fault),
+            Told::Painter(News::Picked(click, place)) => self.picked(&click, place),
+            Told::Photograph(Ok(Some((_, centre)))) => {
+                self.visitor.go(self.visitor.pose().at(centre), Instant::now());
+            }
+            Told::Photograph(Ok(None)) => self.say("no photograph is near".to_owned()),
+            Told::Opened(Ok(opened)) => self.go_over(*opened),
+            Told::Photograph(Err(exit)) | Told::Opened(Err(exit)) => self.say(exit.message()),
+        }
+        if let Some(open) = &mut self.open {
+            open.wake();
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(open) = &self.open else { return };
+        let next = match (open.moves, open.rests) {
+            (true, _) => open.drawn_at + PACE,
+            // Once more, to say that the view stands.
+            (false, false) => open.moved_at + REST,
+            (false, true) => return event_loop.set_control_flow(ControlFlow::Wait),
+        };
+        if Instant::now() >= next {
+            open.window.request_redraw();
+            event_loop.set_control_flow(ControlFlow::Wait);
+        } else {
+            event_loop.set_control_flow(ControlFlow::WaitUntil(next));
+        }
+    }
+}
+
+impl App {
+    fn end(&mut self, event_loop: &ActiveEventLoop, exit: Exit) {
+        self.exit.get_or_insert(exit);
+        event_loop.exit();
+    }
+
+    /// Lets time pass, and draws what is then to be seen.
+    fn draw(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let now = Instant::now();
+        let moved = self.visitor.advance(now, &self.painter.ground()) || open.pointer.drags();
+        if moved {
+            open.moved_at = now;
+        }
+        let pose = self.visitor.pose();
+        let view = pose.view(open.screen.size());
+        let rests = now.saturating_duration_since(open.moved_at) >= REST;
+        if rests && !open.rests {
+            // As --view takes it.
+            tracing::debug!(view = %pose, "stands");
+        }
+        open.rests = rests;
+        self.painter.wish(Wish { view, mode: self.mode, moving: !rests });
+        let facts = Facts {
+            pose: &pose,
+            view: &view,
+            mode: self.mode,
+            shown: open.shown.as_deref(),
+            drawing: open.drawing,
+            scene: &self.scene.name,
+            crs: &self.scene.crs,
+            adapter: &self.adapter,
+        };
+        let (panels, panels_move) = open.panels.lay_out(&open.window, event_loop, &facts);
+        open.screen.draw(&view, panels)?;
+        open.moves = moved || panels_move;
+        open.drawn_at = now;
+        open.drawing = now.elapsed();
+        Ok(())
+    }
+
+    fn show(&mut self, mut shown: Box<Shown>) {
+        let Some(open) = &mut self.open else { return };
+        open.screen.show(&shown);
+        shown.rgba = Vec::new();
+        open.shown = Some(shown);
+    }
+
+    /// Says what went wrong; the log has it, too.
+    fn say(&mut self, what: String) {
+        tracing::warn!("{what}");
+        if let Some(open) = &mut self.open {
+            open.panels.message = Some(what);
+        }
+    }
+
+    /// Someone clicks at a pixel of what is shown now.
+    fn click(&mut self, pixel: DVec2, double: bool) {
+        let Some(open) = &self.open else { return };
+        let view = self.visitor.pose().view(open.screen.size());
+        self.painter.order(Order::Pick(Click { view, pixel, double }));
+    }
+
+    fn picked(&mut self, click: &Click, place: Option<super::place::Place>) {
+        let Some(open) = &mut self.open else { return };
+        open.panels.place = place;
+        if click.double {
+            let near = place.map_or(click.view.eye(), |place| place.position).truncate();
+            let (client, proxy) = (self.scene.client.clone(), self.proxy.clone());
+            tokio::spawn(async move {
+                let found = nearest(&client, near).await;
+                drop(proxy.send_event(Told::Photograph(found)));
+            });
+        } else if let Some(place) = place {
+            self.visitor.go_to(&place, Instant::now());
+        }
+    }
+
+    /// Someone drops a file or folder onto the window.
+    fn open_dropped(&self, path: &std::path::Path) {
+        let (text, proxy) = (path.to_string_lossy().into_owned(), self.proxy.clone());
+        let (options, fov_y) = (self.stream_options.clone(), self.visitor.pose().fov_y);
+        tokio::spawn(async move {
+            let opened = Opened::open(&text, options, fov_y).await;
+            drop(proxy.send_event(Told::Opened(opened.map(Box::new))));
+        });
+    }
+
+    fn go_over(&mut self, opened: Opened) {
+        self.scene = Scene::of(&opened);
+        self.visitor = Visitor::new(opened.start, Instant::now());
+        self.painter.order(Order::Open(Box::new(opened)));
+        if let Some(open) = &mut self.open {
+            open.screen.clear();
+            open.window.set_title(&title(&self.scene.name));
+            (open.shown, open.panels.place, open.panels.message) = (None, None, None);
+        }
+    }
+}
+
+impl Scene {
+    /// That of a streamer.
+    pub(super) fn of(opened: &Opened) -> Self {
+        let info = opened.streamer.info();
+        let client = opened.streamer.client().clone();
+        Self { client, name: info.name.clone(), crs: info.crs.clone() }
+    }
+}
+
+impl Open {
+    /// Draws it soon.
+    fn wake(&mut self) {
+        self.moves = true;
+    }
+}
+
+fn open(event_loop: &ActiveEventLoop, scene: &str, size: UVec2) -> anyhow::Result<Open> {
+    let attributes = Window::default_attributes()
+        .with_title(title(scene))
+        .with_inner_size(PhysicalSize::new(size.x, size.y))
+        .with_min_inner_size(SMALLEST);
+    let window = Arc::new(event_loop.create_window(attributes)?);
+    let screen = Screen::new(Arc::clone(&window), event_loop.owned_display_handle())?;
+    let panels = PanelState::new(&window, screen.max_side());
+    let now = Instant::now();
+    Ok(Open {
+        window,
+        screen,
+        panels,
+        pointer: Pointer::default(),
+        shown: None,
+        moved_at: now.checked_sub(REST).unwrap_or(now),
+        rests: false,
+        drawn_at: now,
+        drawing: Duration::ZERO,
+        moves: true,
+    })
+}
+
+fn title(scene: &str) -> String {
+    format!("{scene} - Flaneur")
+}
