@@ -69,7 +69,7 @@ fn on_triangle([a, b, c]: [DVec3; 3], place: DVec2) -> Option<f64> {
     let (u, v) = (way.perp_dot(ac) / area, ab.perp_dot(way) / area);
     // Neighbours share their edges: what lies on one belongs to both.
     let inside = u >= -1e-9 && v >= -1e-9 && u + v <= 1.0 + 1e-9;
-    inside.then(|| a.z + u * (b.z - a.z) + v * (c.z - a.z))
+    inside.then_some(a.z + u * (b.z - a.z) + v * (c.z - a.z))
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ pub(super) struct Wish {
 /// What else is asked of the painter.
 pub(super) enum Order {
     /// What a pixel of a view shows.
-    Pick(Click),
+    Pick(Box<Click>),
     /// To go over to another scene.
     Open(Box<Opened>),
 }
@@ -55,7 +55,7 @@ pub(super) enum News {
     /// A new frame.
     Frame(Box<Shown>),
     /// What a click met.
-    Picked(Click, Option<Place>),
+    Picked(Box<Click>, Option<Box<Place>>),
     /// Something is missing in the picture; the rest goes on.
     Fault(String),
     /// It cannot go on.

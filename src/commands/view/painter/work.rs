@@ -4,15 +4,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use flaneur_renderer::{FrameBudget, Gpu, Mode, RenderError, Renderer, Settings};
-use flaneur_scene::{SceneUpdate, View};
+use flaneur_scene::SceneUpdate;
 use flaneur_streamer::{Event, Streamer, ViewRequest};
-use glam::UVec2;
 use tokio::sync::{mpsc, watch};
 
 use super::feed::{Brought, Feed};
 use super::{Click, News, Order, PaintOptions, Shown, Wish};
 use crate::commands::view::ground::Ground;
-use crate::commands::view::place::{Depths, Place};
+use crate::commands::view::place::Place;
 use crate::exit::Exit;
 
 /// A frame waits so long at least for what has arrived to be brought to the device, and half as long
@@ -114,7 +113,7 @@ impl Work {
         match order {
             Order::Pick(click) => {
                 let place = self.pick(&click)?;
-                tell(News::Picked(click, place));
+                tell(News::Picked(click, place.map(Box::new)));
             }
             Order::Open(opened) => {
                 self.renderer = Renderer::with_settings(&self.gpu, self.options.settings);
@@ -139,21 +138,21 @@ impl Work {
     fn take(&mut self, event: Event, tell: &impl Fn(News)) -> Result<(), Exit> {
         let all_before = self.feed.has_all;
         match self.feed.take(event) {
-            Brought::Update(update) => self.apply(update, tell)?,
+            Brought::Update(update) => self.apply(&update, tell)?,
             Brought::Fault(error) => tell(News::Fault(Exit::failed(error).message())),
             Brought::Nothing => self.news |= self.feed.has_all && !all_before,
         }
         Ok(())
     }
 
-    fn apply(&mut self, update: SceneUpdate, tell: &impl Fn(News)) -> Result<(), Exit> {
+    fn apply(&mut self, update: &SceneUpdate, tell: &impl Fn(News)) -> Result<(), Exit> {
         let applied = match self.renderer.apply(update.clone()) {
             Ok(applied) => applied,
             Err(error) => return survive(error, tell),
         };
         self.feed.note(&applied);
         if !applied.refused {
-            self.ground.lock().unwrap_or_else(PoisonError::into_inner).note(&update);
+            self.ground.lock().unwrap_or_else(PoisonError::into_inner).note(update);
         }
         self.news = true;
         Ok(())
@@ -222,9 +221,7 @@ impl Work {
             self.renderer.set_settings(settings);
             self.drawn = None;
         }
-        let depths = self.renderer.last_depths()?;
-        let size = size_of(&click.view, self.renderer.settings().resolution);
-        Ok(Place::shown(&click.view, click.pixel, &Depths { size, depths: &depths }))
+        Ok(self.renderer.pick(click.pixel)?.map(Place::from))
     }
 }
 
@@ -235,9 +232,4 @@ fn survive(error: RenderError, tell: &impl Fn(News)) -> Result<(), Exit> {
     }
     tell(News::Fault(Exit::failed(error).message()));
     Ok(())
-}
-
-/// The size at which a view is computed.
-fn size_of(view: &View, resolution: f32) -> UVec2 {
-    (view.size().as_dvec2() * f64::from(resolution)).round().as_uvec2().max(UVec2::ONE)
 }

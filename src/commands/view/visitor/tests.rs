@@ -73,7 +73,7 @@ fn a_click_on_the_ground_goes_there_and_one_on_a_wall_faces_it() {
     let (mut visitor, now) = visitor();
     let ground = slope();
     let (now, _) = pass(&mut visitor, now, 50, &ground);
-    let place = Place { normal: DVec3::Z, ..Place::at(DVec3::new(651_030.0, 6_861_020.0, 42.0)) };
+    let place = Place::on(DVec3::Z, DVec3::new(651_030.0, 6_861_020.0, 42.0));
     visitor.go_to(&place, now);
     let (now, moves) = pass(&mut visitor, now, 400, &ground);
     assert!(!moves && visitor.pose().eye.distance(place.position + DVec3::Z * 1.7) < 1e-3);
@@ -81,7 +81,7 @@ fn a_click_on_the_ground_goes_there_and_one_on_a_wall_faces_it() {
 
     // A wall that looks south, ten metres to the north and a little to the east.
     let above = visitor.pose().eye + DVec3::new(4.0, 10.0, 3.0);
-    let wall = Place { normal: DVec3::NEG_Y, ..Place::at(above) };
+    let wall = Place::on(DVec3::NEG_Y, above);
     let distance = above.distance(visitor.pose().eye);
     visitor.go_to(&wall, now);
     pass(&mut visitor, now, 400, &ground);

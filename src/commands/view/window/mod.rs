@@ -159,7 +159,9 @@ impl ApplicationHandler<Told> for App {
             Told::Cancelled => self.end(event_loop, Exit::Interrupted),
             Told::Painter(News::Frame(shown)) => self.show(shown),
             Told::Painter(News::Fault(fault)) => self.say(fault),
-            Told::Painter(News::Picked(click, place)) => self.picked(&click, place),
+            Told::Painter(News::Picked(click, place)) => {
+                self.picked(&click, place.map(|place| *place));
+            }
             Told::Photograph(Ok(Some((_, centre)))) => {
                 self.visitor.go(self.visitor.pose().at(centre), Instant::now());
             }
@@ -249,12 +251,12 @@ impl App {
     fn click(&mut self, pixel: DVec2, double: bool) {
         let Some(open) = &self.open else { return };
         let view = self.visitor.pose().view(open.screen.size());
-        self.painter.order(Order::Pick(Click { view, pixel, double }));
+        self.painter.order(Order::Pick(Box::new(Click { view, pixel, double })));
     }
 
     fn picked(&mut self, click: &Click, place: Option<super::place::Place>) {
         let Some(open) = &mut self.open else { return };
-        open.panels.place = place;
+        open.panels.place.clone_from(&place);
         if click.double {
             let near = place.map_or(click.view.eye(), |place| place.position).truncate();
             let (client, proxy) = (self.scene.client.clone(), self.proxy.clone());

@@ -96,10 +96,7 @@ impl PanelState {
     fn show(&mut self, context: &egui::Context, facts: &Facts<'_>) {
         if let Some(place) = &self.place {
             mark(context, place, facts.view);
-            let text = format!(
-                "{:.2}  {:.2}  {:.2}   {}",
-                place.position.x, place.position.y, place.position.z, facts.crs
-            );
+            let text = format!("{place}   {}", facts.crs);
             label(context, "place", Align2::CENTER_BOTTOM, &text);
         }
         if self.shows_hint {
