@@ -24,6 +24,7 @@ use winit::window::{Window, WindowId};
 
 use super::opened::{Opened, nearest};
 use super::painter::{Click, News, Order, Painter, Shown, Wish};
+use super::pose::Pose;
 use super::visitor::Visitor;
 use crate::exit::Exit;
 use figures::Facts;
@@ -84,6 +85,8 @@ pub(super) struct Open {
     moved_at: Instant,
     /// Whether the painter was told that one stands.
     rests: bool,
+    /// What the window was drawn for the last time, and when.
+    drawn: Option<Pose>,
     drawn_at: Instant,
     drawing: Duration,
     /// Whether it is to be drawn again at the next beat.
@@ -201,11 +204,14 @@ impl App {
     fn draw(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
         let Some(open) = &mut self.open else { return Ok(()) };
         let now = Instant::now();
-        let moved = self.visitor.advance(now, &self.painter.ground()) || open.pointer.drags();
+        let walks = self.visitor.advance(now, &self.painter.ground());
+        let pose = self.visitor.pose();
+        // What came and went between two beats counts, too.
+        let moved = walks || open.pointer.drags() || open.drawn != Some(pose);
         if moved {
             open.moved_at = now;
         }
-        let pose = self.visitor.pose();
+        open.drawn = Some(pose);
         let view = pose.view(open.screen.size());
         let rests = now.saturating_duration_since(open.moved_at) >= REST;
         if rests && !open.rests {
@@ -324,6 +330,7 @@ fn open(event_loop: &ActiveEventLoop, scene: &str, size: UVec2) -> anyhow::Resul
         shown: None,
         moved_at: now.checked_sub(REST).unwrap_or(now),
         rests: false,
+        drawn: None,
         drawn_at: now,
         drawing: Duration::ZERO,
         moves: true,

@@ -1,0 +1,254 @@
+//! `flaneur view` as a person uses it, on a screen that nobody sees.
+
+mod command;
+mod screen;
+mod street;
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use command::{flaneur, run, succeed, text};
+use image::RgbImage;
+use screen::Screen;
+use serde_json::Value;
+use street::SampleStreet;
+
+/// The sides of the window, pixels.
+const SIZE: [u32; 2] = [640, 360];
+/// How long anything may take.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Two pictures of one view differ by less than this, of 255 on average: where one stands is said to
+/// the millimetre.
+const ALIKE: f64 = 1.0;
+/// Two of different views by more.
+const DIFFERENT: f64 = 6.0;
+
+/// A window, and what it logs.
+struct Window {
+    process: Child,
+    lines: Receiver<Value>,
+}
+
+impl Window {
+    fn open(source: &Path, view: &str, screen: &Screen) -> Self {
+        let mut process = flaneur()
+            .args(["--log-format", "json", "view", text(source), "--view", view])
+            .args(["--size", &format!("{}x{}", SIZE[0], SIZE[1])])
+            .env("DISPLAY", &screen.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env("RUST_LOG", "warn,flaneur=debug")
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary");
+        let stderr = BufReader::new(process.stderr.take().expect("piped"));
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in stderr.lines().map_while(Result::ok) {
+                let line = serde_json::from_str(&line).unwrap_or(Value::String(line));
+                if sender.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        Self { process, lines }
+    }
+
+    /// Where one comes to stand next, as `--view` takes it, after `what`.
+    fn stands(&self, what: &str) -> String {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            let line =
+                self.lines.recv_timeout(left).unwrap_or_else(|_| panic!("nobody stands {what}"));
+            eprintln!("{line}");
+            if line["message"] == "stands" {
+                return line["view"].as_str().expect("a view").to_owned();
+            }
+        }
+    }
+
+    /// Asks it to end; its exit code, and what it says last.
+    fn interrupted(mut self) -> (Option<i32>, Value) {
+        let told = std::process::Command::new("kill")
+            .args(["-INT", &self.process.id().to_string()])
+            .status()
+            .expect("kill starts");
+        assert!(told.success());
+        let status = self.process.wait().expect("it ends");
+        (status.code(), self.lines.iter().last().expect("it says something"))
+    }
+}
+
+impl Drop for Window {
+    fn drop(&mut self) {
+        drop(self.process.kill());
+        drop(self.process.wait());
+    }
+}
+
+/// What renders the same views into files.
+struct Darkroom {
+    store: PathBuf,
+}
+
+impl Darkroom {
+    /// The picture of `view`, and how much of it there is to see.
+    fn picture(&self, view: &str, mode: &str) -> RgbImage {
+        let out = self.store.with_file_name("expected.png");
+        let size = format!("{}x{}", SIZE[0], SIZE[1]);
+        let what = ["--view", view, "--mode", mode, "--size", &size, "-o", text(&out)];
+        succeed(&[&["render", text(&self.store)], &what[..]].concat());
+        image::open(&out).expect("written").into_rgb8()
+    }
+}
+
+/// Waits until the window shows `expected`.
+fn await_picture(screen: &Screen, expected: &RgbImage, what: &str) {
+    let until = Instant::now() + PATIENCE;
+    loop {
+        let shown = window_of(&screen.picture());
+        let difference = difference(&shown, expected);
+        if difference < ALIKE {
+            return;
+        }
+        if Instant::now() > until {
+            let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+            shown.save(folder.join("view-shown.png")).expect("writable");
+            expected.save(folder.join("view-expected.png")).expect("writable");
+            panic!("{what}: differs by {difference:.2}; see view-*.png in {}", folder.display());
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+}
+
+/// The part of a screen that the window covers: nobody moves it from its corner.
+fn window_of(screen: &RgbImage) -> RgbImage {
+    image::imageops::crop_imm(screen, 0, 0, SIZE[0], SIZE[1]).to_image()
+}
+
+/// The mean difference of two pictures' bytes.
+fn difference(a: &RgbImage, b: &RgbImage) -> f64 {
+    assert_eq!(a.dimensions(), b.dimensions());
+    let sum: u64 = a.iter().zip(b.iter()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    sum as f64 / a.len() as f64
+}
+
+/// East, north and up of a view.
+fn position(view: &str) -> [f64; 3] {
+    let numbers: Vec<f64> = view.split(',').map(|n| n.parse().expect("a number")).collect();
+    [numbers[0], numbers[1], numbers[2]]
+}
+
+/// One window, used as a person would use it.
+#[test]
+fn one_walks_about_a_street() {
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let street = runtime.block_on(SampleStreet::ingested("view"));
+    let darkroom = Darkroom { store: street.store.clone() };
+    let screen = Screen::start([800, 600]);
+    // On the road, looking down the street and a little down, which the window is told as a scene's file.
+    let start = "651487.5,6861042.9,44.2,35,-4";
+    let manifest = street.store.join("sample/scene.json");
+    let window = Window::open(&manifest, start, &screen);
+    screen.focus("sample - Flaneur");
+    // The hint goes with the first key.
+    screen.act(&["key", "Escape"]);
+    let stands = window.stands("at first");
+    assert!(position(&stands) == position(start) && stands.ends_with("35.000,-4.000"), "{stands}");
+    let first = darkroom.picture(&stands, "hybrid");
+    assert!(is_a_street(&first), "the street itself has something to show");
+    await_picture(&screen, &first, "the street");
+
+    // A mode of its own, and back.
+    screen.act(&["key", "6"]);
+    let depth = darkroom.picture(&stands, "depth");
+    assert!(difference(&depth, &first) > DIFFERENT);
+    await_picture(&screen, &depth, "its depth");
+    screen.act(&["key", "1"]);
+    await_picture(&screen, &first, "the street again");
+
+    // Figures lie over it, until they do not.
+    screen.act(&["key", "o"]);
+    await_change(&screen, &first);
+    screen.act(&["key", "F1"]);
+    await_picture(&screen, &first, "the street without figures");
+
+    // A step ahead, to the north-east.
+    screen.act(&["keydown", "w"]);
+    std::thread::sleep(Duration::from_millis(400));
+    screen.act(&["keyup", "w"]);
+    let ahead = window.stands("after a step");
+    let walked = way(&stands, &ahead);
+    assert!(walked[0] > 0.2 && walked[1] > 0.2, "{walked:?}");
+    assert!((walked[0].atan2(walked[1]).to_degrees() - 35.0).abs() < 0.5, "straight: {walked:?}");
+    let second = darkroom.picture(&ahead, "hybrid");
+    assert!(difference(&second, &first) > DIFFERENT, "the step shows");
+    await_picture(&screen, &second, "the street from further on");
+
+    // A click on the road goes there, as high above it as before, and looks on as before.
+    screen.act(&["mousemove", "320", "300", "click", "1"]);
+    let there = window.stands("where one clicked");
+    let gone = way(&ahead, &there);
+    let distance = gone[0].hypot(gone[1]);
+    // The eye is some two metres above the road, and the pixel 25 degrees below the horizon.
+    assert!((2.0..12.0).contains(&distance) && gone[2].abs() < 0.5, "{gone:?}");
+    assert!(there.ends_with("35.000,-4.000"), "{there}");
+    screen.act(&["key", "Escape"]);
+    await_picture(&screen, &darkroom.picture(&there, "hybrid"), "the street where one clicked");
+
+    // Dragging turns, by what the picture moves.
+    screen.act(&["mousemove", "200", "180", "mousedown", "1"]);
+    for x in ["240", "280", "320"] {
+        screen.act(&["mousemove", x, "180"]);
+    }
+    screen.act(&["mouseup", "1"]);
+    let turned = window.stands("after turning");
+    assert_eq!(position(&turned), position(&there));
+    // 60 degrees from the bottom to the top; from 120 pixels left of the centre to the centre.
+    let focal = 180.0 / 30f64.to_radians().tan();
+    let expected = 35.0 - (120.0 / focal).atan().to_degrees();
+    let heading: f64 = turned.split(',').nth(3).expect("a heading").parse().expect("a number");
+    assert!((heading - expected).abs() < 0.1, "{heading}, not {expected}");
+    await_picture(&screen, &darkroom.picture(&turned, "hybrid"), "the street to the left");
+
+    let (code, said) = window.interrupted();
+    assert_eq!((code, said), (Some(130), Value::String("flaneur: interrupted".to_owned())));
+}
+
+#[test]
+fn without_a_display_it_says_so() {
+    let mut command = flaneur();
+    command.args(["view", "nowhere"]).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    let output = command.env_remove("WAYLAND_SOCKET").output().expect("the binary");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("no display") && said.contains("flaneur render"), "{said}");
+    assert_eq!(run(&["view", "nowhere", "--budget-ms", "0"]).status.code(), Some(2));
+}
+
+/// Whether a picture has light, dark and colours of its own.
+fn is_a_street(picture: &RgbImage) -> bool {
+    let mut shades = std::collections::BTreeSet::new();
+    picture.pixels().for_each(|pixel| {
+        shades.insert(pixel.0.map(|channel| channel / 16));
+    });
+    shades.len() > 100
+}
+
+/// Waits until the window shows something else than `before`.
+fn await_change(screen: &Screen, before: &RgbImage) {
+    let until = Instant::now() + PATIENCE;
+    while difference(&window_of(&screen.picture()), before) < DIFFERENT {
+        assert!(Instant::now() < until, "nothing happens");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// From one view to another, metres.
+fn way(from: &str, to: &str) -> [f64; 3] {
+    let (from, to) = (position(from), position(to));
+    [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
+}
