@@ -83,6 +83,7 @@ export async function openStreet(
       status.session(state);
     },
     wanted(sequence) {
+      host.dataset.sequence = String(sequence);
       status.wanted(sequence);
     },
   });

@@ -67,10 +67,10 @@ test("walks with the keys, with the feet on the ground", async ({ server, walker
 });
 
 test("goes where one clicks the ground", async ({ server, walker }) => {
-  const { view, place, at } = findPixel(trueViews(), (place, view) => {
+  const { view, place, at } = findPixel(trueViews(), ({ place, up }, view) => {
     const below = view.pose.eye[2] - place[2];
     const away = planDistance(place, view.pose.eye);
-    return below > 1 && below < 3.5 && away > 4 && away < 15;
+    return up > 0.95 && below > 1.4 && away > 4 && away < 15;
   });
   await walker.open(linkTo(server.url, view.pose));
   await walker.click(at);
@@ -88,9 +88,10 @@ test("faces a wall that one clicks, and goes to a photograph with two clicks", a
 }) => {
   // The street's axis, clockwise from north.
   const axis = (0.61 * 180) / Math.PI;
-  const { view, at } = findPixel(trueViews(), (place, view) => {
+  const { view, at } = findPixel(trueViews(), ({ place, up }, view) => {
     const above = place[2] - view.pose.eye[2];
-    return above > 0.5 && above < 4 && planDistance(place, view.pose.eye) < 15;
+    const away = planDistance(place, view.pose.eye);
+    return Math.abs(up) < 0.05 && above > 0.5 && above < 4 && away < 15;
   });
   await walker.open(linkTo(server.url, view.pose));
   await walker.click(at);

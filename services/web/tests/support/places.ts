@@ -2,7 +2,7 @@ import type { ScreenPoint } from "../../src/controls/steering";
 import type { Vector3 } from "../../src/geometry/vector";
 import { writeLink } from "../../src/state/url";
 import type { Pose } from "../../src/view/pose";
-import type { TrueView } from "./truth";
+import type { Surface, TrueView } from "./truth";
 
 /** The page of the tests, CSS pixels: of the shape of the true views. */
 export const WIDTH = 1024;
@@ -18,20 +18,21 @@ export interface TruePlace {
 /** Every place of a coarse grid over the views whose surface is flat, and that fits. */
 export function findPixels(
   views: readonly TrueView[],
-  fits: (place: Vector3, view: TrueView) => boolean,
+  fits: (surface: Surface, view: TrueView) => boolean,
 ): TruePlace[] {
   const found: TruePlace[] = [];
   for (const view of views) {
-    // Beneath the panels at the borders nothing can be clicked.
-    for (let row = 90; row < view.height - 190; row += 24) {
-      for (let column = 90; column < view.width - 90; column += 24) {
-        const place = view.flatPlace(column, row);
-        if (place && fits(place, view)) {
+    for (let row = 90; row < view.height - 40; row += 24) {
+      // Beneath the panels in the corners nothing can be clicked.
+      const border = row < view.height - 190 ? 90 : 230;
+      for (let column = border; column < view.width - border; column += 24) {
+        const surface = view.flat(column, row);
+        if (surface && fits(surface, view)) {
           const at: ScreenPoint = [
             ((column + 0.5) * WIDTH) / view.width,
             ((row + 0.5) * HEIGHT) / view.height,
           ];
-          found.push({ view, place, at });
+          found.push({ view, place: surface.place, at });
         }
       }
     }
@@ -42,7 +43,7 @@ export function findPixels(
 /** The first of them. */
 export function findPixel(
   views: readonly TrueView[],
-  fits: (place: Vector3, view: TrueView) => boolean,
+  fits: (surface: Surface, view: TrueView) => boolean,
 ): TruePlace {
   const [first] = findPixels(views, fits);
   if (!first) {

@@ -1,6 +1,6 @@
 import fs from "node:fs";
 import path from "node:path";
-import { add, scale, type Vector3 } from "../../src/geometry/vector";
+import { add, length, scale, subtract, type Vector3 } from "../../src/geometry/vector";
 import { rayOf } from "../../src/view/pinhole";
 import type { Pose } from "../../src/view/pose";
 import { readNpy } from "./npy";
@@ -16,13 +16,19 @@ interface StoredView {
   readonly depth: string;
 }
 
+export interface Surface {
+  readonly place: Vector3;
+  /** Upwards, from -1 to 1: the ground has 1, a wall 0. */
+  readonly up: number;
+}
+
 /** A view of the synthetic street of which every pixel's place is known exactly. */
 export interface TrueView {
   readonly pose: Pose;
   readonly width: number;
   readonly height: number;
-  /** Place of the centre of a pixel; undefined where the surface there is not flat. */
-  flatPlace(column: number, row: number): Vector3 | undefined;
+  /** The surface at the centre of a pixel; undefined where it is not flat. */
+  flat(column: number, row: number): Surface | undefined;
 }
 
 export function trueViews(): TrueView[] {
@@ -46,7 +52,7 @@ function trueView(view: StoredView, depthFile: string): TrueView {
     pose,
     width,
     height,
-    flatPlace(column, row) {
+    flat(column, row) {
       const z = at(column, row);
       // On a plane the inverse depth is linear in the picture.
       const bent = (dx: number, dy: number) =>
@@ -56,8 +62,18 @@ function trueView(view: StoredView, depthFile: string): TrueView {
       if (!Number.isFinite(z) || !(worst < 1e-3)) {
         return undefined;
       }
-      const ray = rayOf({ pose, width, height }, [column + 0.5, row + 0.5]);
-      return add(pose.eye, scale(ray, z));
+      const place = (dx: number, dy: number): Vector3 => {
+        const ray = rayOf({ pose, width, height }, [column + dx + 0.5, row + dy + 0.5]);
+        return add(pose.eye, scale(ray, at(column + dx, row + dy)));
+      };
+      const right = subtract(place(reach, 0), place(-reach, 0));
+      const down = subtract(place(0, reach), place(0, -reach));
+      const normal: Vector3 = [
+        down[1] * right[2] - down[2] * right[1],
+        down[2] * right[0] - down[0] * right[2],
+        down[0] * right[1] - down[1] * right[0],
+      ];
+      return { place: place(0, 0), up: normal[2] / length(normal) };
     },
   };
 }
