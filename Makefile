@@ -8,6 +8,7 @@ FLANEUR := target/release/flaneur
 
 # The web page, which the binary carries.
 WEB := services/web
+EXAMPLE := examples/typescript
 PAGE := $(WEB)/dist/index.html
 PAGE_SOURCES := $(shell find $(WEB)/src $(WEB)/public -path $(WEB)/src/gen -prune -o -type f -print) \
 	$(wildcard $(WEB)/*.json $(WEB)/*.ts $(WEB)/*.yaml proto/proto/flaneur/v1/*.proto) $(WEB)/index.html
@@ -19,8 +20,8 @@ setup:
 
 web: $(PAGE)
 
-$(WEB)/node_modules/.installed: $(WEB)/package-lock.json | setup
-	cd $(WEB) && npm ci --no-audit --no-fund
+%/node_modules/.installed: %/package-lock.json | setup
+	cd $* && npm ci --no-audit --no-fund
 	touch $@
 
 $(PAGE): $(WEB)/node_modules/.installed $(PAGE_SOURCES) | setup
@@ -30,10 +31,12 @@ demo: setup web
 	cargo build --release --locked
 	@deploy/demo.sh $(FLANEUR) $(DEMO) $(LISTEN) $(ONCE)
 
-test: web
+test: web $(EXAMPLE)/node_modules/.installed
 	@deploy/setup-debian.sh test
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --document-private-items --locked --quiet
 	cargo test --workspace --locked
 	cd $(WEB) && npm run check
+	cd $(EXAMPLE) && npm run check
+	cd $(WEB) && FLANEUR=$(CURDIR)/target/debug/flaneur npm run test:e2e

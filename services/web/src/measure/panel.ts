@@ -167,11 +167,14 @@ export function dateOf(time: string): string {
 }
 
 function copy(text: string): HTMLElement {
-  const button = element("button", { type: "button", class: "text copy" }, TEXT.copy);
+  const label = { "aria-label": TEXT.copy, title: TEXT.copy };
+  const button = element("button", { type: "button", class: "text copy", ...label });
+  button.append(icon("copy"));
   button.addEventListener("click", () => {
     navigator.clipboard?.writeText(text).then(
       () => {
-        button.textContent = TEXT.copied;
+        button.replaceChildren(icon("done"));
+        button.ariaLabel = TEXT.copied;
       },
       // Without the right to, the figures can still be marked by hand.
       () => button.remove(),

@@ -84,11 +84,7 @@ export class Walker {
 
   /** Mean and spread of the colours of what is on the screen, from 0 to 255: a blank has no spread. */
   async colours(): Promise<{ mean: number; spread: number }> {
-    return this.coloursOf(await this.stage.screenshot());
-  }
-
-  /** The same of a picture's file. */
-  async coloursOf(png: Buffer): Promise<{ mean: number; spread: number }> {
+    const png = await this.stage.screenshot();
     return this.page.evaluate(async (data) => {
       const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
       const file = new Blob([bytes], { type: "image/png" });
