@@ -3,7 +3,7 @@
 #   a C compiler (some crates carry C), a Vulkan loader, and Mesa's software
 #   driver where no Vulkan driver is installed; Node.js 18 or later and npm, for the web page.
 #   With "test": Chromium, which looks at the page; Python's venv and the packages of the
-#   foreign-client test, in target/python-venv; what the window's test looks at it with: an
+#   tests in Python, in target/python-venv; nginx; what the window's test looks at it with: an
 #   X server without a screen, hands, and the libraries that windows are made with (a desktop
 #   has those).
 # Does nothing, and needs no rights, where everything is there.
@@ -27,6 +27,7 @@ if [ "${1:-}" = test ]; then
     [ -x "${CHROMIUM:-/usr/bin/chromium}" ] || packages="$packages chromium"
     command -v python3 >/dev/null || packages="$packages python3"
     python3 -c 'import ensurepip, venv' 2>/dev/null || packages="$packages python3-venv"
+    [ -x /usr/sbin/nginx ] || command -v nginx >/dev/null || packages="$packages nginx-light"
     command -v Xvfb >/dev/null || packages="$packages xvfb"
     command -v xdotool >/dev/null || packages="$packages xdotool"
     /sbin/ldconfig -p | grep -q 'libX11-xcb\.so\.1' || packages="$packages libx11-6 libx11-xcb1"
