@@ -8,6 +8,7 @@ import { element } from "./dom";
 import type { Panorama } from "./gen/flaneur/v1/panorama_pb";
 import type { Place } from "./gen/flaneur/v1/render_pb";
 import type { Scene } from "./gen/flaneur/v1/scene_pb";
+import { planDistance, type Vector3 } from "./geometry/vector";
 import { Terrain } from "./ground/terrain";
 import { Buildings } from "./map/buildings";
 import { MapCorner } from "./map/corner";
@@ -32,8 +33,10 @@ import { TEXT } from "./strings";
 import { lookingAt, type Pose } from "./view/pose";
 import { Visit } from "./visit";
 
-/** What surrounds the first place is fetched so far, metres. */
+/** What surrounds one is fetched so far, metres. */
 const SURROUNDINGS_M = 600;
+/** Where that fails, it is tried again after so long, milliseconds. */
+const PAUSE_MS = 5000;
 /** The address follows once one has stood still for so long, milliseconds. */
 const LINK_MS = 250;
 
@@ -98,7 +101,10 @@ export async function openStreet(
     screen,
     still,
     keys: () => keys,
-    act: (at) => void clicks.once(at),
+    act: (at) => {
+      pulse(host, at);
+      void clicks.once(at);
+    },
     actTwice: (at) => void clicks.twice(at),
   });
 
@@ -209,7 +215,8 @@ export async function openStreet(
   });
   host.focus({ preventScroll: true });
 
-  await surroundings(first, terrain, catalogue, buildings, corner);
+  keepSurroundings(pose, catalogue, buildings, corner);
+  await terrain.around(first.eye[0], first.eye[1]);
 }
 
 async function withoutLink(
@@ -218,10 +225,15 @@ async function withoutLink(
   buildings: Buildings,
   terrain: Terrain,
 ): Promise<Pose> {
-  await catalogue.fetch();
   const { x = 0, y = 0, z = 0 } = scene.origin ?? {};
-  if (scene.imageCount === 0n) {
-    await buildings.fetch([x, y, z], SURROUNDINGS_M);
+  const centre: Vector3 = [x, y, z];
+  if (scene.panoramaCount === 0n) {
+    await buildings.fetch(centre, SURROUNDINGS_M);
+  } else {
+    await catalogue.fetch({ centre, radiusM: SURROUNDINGS_M });
+    if (!catalogue.nearest(centre)) {
+      await catalogue.fetch();
+    }
   }
   const fov = firstFovDeg(window.innerWidth, window.innerHeight);
   return firstPose(scene, catalogue, buildings, terrain, fov);
@@ -265,19 +277,40 @@ async function copyLink(toast: Toast): Promise<void> {
   }
 }
 
-/** What the map and the feet want to know. */
-async function surroundings(
-  first: Pose,
-  terrain: Terrain,
+/** The map, and double clicks, know what is around, wherever one goes. */
+function keepSurroundings(
+  pose: Value<Pose>,
   catalogue: Catalogue,
   buildings: Buildings,
   corner: MapCorner,
-): Promise<void> {
-  const around = { centre: first.eye, radiusM: SURROUNDINGS_M };
-  await Promise.allSettled([
-    terrain.around(first.eye[0], first.eye[1]),
-    catalogue.fetch(around),
-    buildings.fetch(first.eye, SURROUNDINGS_M),
-  ]);
-  corner.draw(buildings, catalogue);
+): void {
+  let centre: Vector3 | undefined;
+  pose.watch(({ eye }) => {
+    if (centre && planDistance(centre, eye) < SURROUNDINGS_M / 2) {
+      return;
+    }
+    centre = eye;
+    const fetched = [
+      catalogue.fetch({ centre: eye, radiusM: SURROUNDINGS_M }),
+      buildings.fetch(eye, SURROUNDINGS_M),
+    ];
+    void Promise.allSettled(fetched).then((outcomes) => {
+      corner.draw(buildings, catalogue);
+      if (outcomes.some(({ status }) => status === "rejected")) {
+        // A later step tries again.
+        setTimeout(() => {
+          centre = undefined;
+        }, PAUSE_MS);
+      }
+    });
+  });
+}
+
+/** Says that a click was felt, before the server says what was met. */
+function pulse(host: HTMLElement, at: ScreenPoint): void {
+  const ring = element("span", { class: "pulse", "aria-hidden": "true" });
+  ring.style.left = `${at[0]}px`;
+  ring.style.top = `${at[1]}px`;
+  ring.addEventListener("animationend", () => ring.remove());
+  host.append(ring);
 }

@@ -16,7 +16,10 @@ export type SessionState =
   | { readonly kind: "live" }
   /** The server ended it after a long rest; the next view begins another. */
   | { readonly kind: "resting" }
-  /** Tried again at `retryAtMs`, as `performance.now()` has it. */
+  /**
+   * Tried again at `retryAtMs`, as `performance.now()` has it. The reason is what the server said;
+   * it may have said nothing.
+   */
   | { readonly kind: "lost"; readonly reason: string; readonly retryAtMs: number }
   /** As asked, it cannot be had: trying again is of no use. */
   | { readonly kind: "refused"; readonly reason: string };
@@ -150,7 +153,7 @@ export class Session {
         this.#received = frame.number;
         this.#pump();
       }
-      this.#ended(watching, new ConnectError("the server ended the stream", Code.Unavailable));
+      this.#ended(watching, new ConnectError("", Code.Unavailable));
     } catch (error) {
       this.#ended(watching, ConnectError.from(error));
     }
@@ -235,7 +238,9 @@ export class Session {
         void this.#watch();
       }, wait);
       const retryAtMs = performance.now() + wait;
-      this.#listener.state({ kind: "lost", reason: error.rawMessage, retryAtMs });
+      // What the browser says of a failed connection says nothing.
+      const reason = error.code === Code.Unavailable ? error.rawMessage : "";
+      this.#listener.state({ kind: "lost", reason, retryAtMs });
     }
   }
 

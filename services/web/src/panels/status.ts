@@ -127,7 +127,9 @@ export class StatusPanel {
     const frame = this.#frame;
     switch (state.kind) {
       case "lost":
-        return TEXT.retryIn(Math.ceil((state.retryAtMs - now) / 1000));
+        return [state.reason, TEXT.retryIn(Math.ceil((state.retryAtMs - now) / 1000))]
+          .filter((text) => text !== "")
+          .join(" · ");
       case "refused":
         return state.reason;
       case "resting":
