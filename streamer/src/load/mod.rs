@@ -18,7 +18,7 @@ use tokio_util::sync::{CancellationToken, DropGuard};
 use crate::StreamError;
 use crate::cache::{Cache, CacheKey, Checked, Rank};
 use crate::client::Client;
-use crate::plan::{BatchId, Part};
+use crate::plan::{BatchId, Part, Room};
 use crate::survey::Target;
 use window::Window;
 
@@ -91,8 +91,8 @@ impl Loader {
         &self.cache
     }
 
-    /// Bytes that may be asked for at once now; `None` where enough is under way.
-    pub(crate) fn room(&self) -> Option<u64> {
+    /// What may be asked for at once now; `None` where enough is under way.
+    pub(crate) fn room(&self) -> Option<Room> {
         lock(&self.window).room()
     }
 

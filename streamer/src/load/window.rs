@@ -10,6 +10,8 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
+use crate::plan::Room;
+
 /// Before anything is known: a slow connection's half second.
 const FIRST_BYTES: u64 = 96 << 10;
 /// Never less, so that a rate measured low can rise.
@@ -22,6 +24,8 @@ const GAIN: f64 = 2.0;
 const SLACK: Duration = Duration::from_millis(50);
 /// How long a measurement counts.
 const MEMORY: Duration = Duration::from_secs(10);
+/// What comes within this comes soon.
+const SOON: Duration = Duration::from_secs(1);
 /// Requests under way, whatever they weigh.
 const MOST_REQUESTS: usize = 24;
 
@@ -49,12 +53,13 @@ pub(crate) struct Sent {
 }
 
 impl Window {
-    /// Bytes that one more request may ask for; `None` where none may be sent now.
-    pub(crate) fn room(&self) -> Option<u64> {
+    /// What one more request may ask for; `None` where none may be sent now.
+    pub(crate) fn room(&self) -> Option<Room> {
         let size = self.size();
         let has_room = self.requests < MOST_REQUESTS && self.under_way < size;
+        let soon = self.rates.front().map_or(0.0, |(_, rate)| rate * SOON.as_secs_f64());
         // Small enough that several share the connection, and the next view need not wait long.
-        has_room.then_some((size / 4).max(LEAST_BYTES / 4))
+        has_room.then_some(Room { bytes: (size / 4).max(LEAST_BYTES / 4), soon: soon as u64 })
     }
 
     /// Takes note of a request for `bytes`.
@@ -133,7 +138,7 @@ mod tests {
         let (mut time, mut last_second) = (0.0, 0.0);
         while time < seconds {
             let now = start + Duration::from_secs_f64(time);
-            while let Some(bytes) = window.room() {
+            while let Some(Room { bytes, .. }) = window.room() {
                 let sent = window.send(bytes, now);
                 queue.push_back((time + delay, bytes as f64, sent));
             }
@@ -175,7 +180,7 @@ mod tests {
         let now = Instant::now();
         let mut window = Window::default();
         let mut sent = Vec::new();
-        while let Some(bytes) = window.room() {
+        while let Some(Room { bytes, .. }) = window.room() {
             sent.push(window.send(bytes, now));
         }
         assert!(window.under_way >= FIRST_BYTES);

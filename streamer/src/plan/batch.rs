@@ -13,6 +13,16 @@ const REACH: usize = 256;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct BatchId(pub(super) u64);
 
+/// What may be asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Room {
+    /// Bytes at once, where they are more than one part.
+    pub(crate) bytes: u64,
+    /// Bytes that will have come in a moment: a level of an image whose finer one is among them is not
+    /// worth its own.
+    pub(crate) soon: u64,
+}
+
 /// Parts for one request, in the order in which they are wanted. Where requests ask for cells, they
 /// are a rectangle.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,11 +8,11 @@ mod part;
 #[cfg(test)]
 mod tests;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use flaneur_scene::{ImageId, PointNodeId, SceneUpdate, TileKey};
 
-pub(crate) use batch::{Batch, BatchId};
+pub(crate) use batch::{Batch, BatchId, Room};
 pub(crate) use held::Held;
 pub use order::Order;
 pub(crate) use part::{Part, Stage, Want};
@@ -126,10 +126,11 @@ impl Plan {
         missing.fold(0, |bytes, want| bytes.saturating_add(want.bytes))
     }
 
-    /// What to ask for next, at most `most_bytes` at once where it is more than one part; `None` where
-    /// all is there or under way. Nothing but what is to be known waits behind what a complete
-    /// picture takes, and what is only wanted ahead comes when nothing else does.
-    pub(crate) fn next(&mut self, most_bytes: u64) -> Option<Batch> {
+    /// What to ask for next, as much as there is `room` for; `None` where all is there or under way.
+    /// Nothing but what is to be known waits behind what a complete picture takes, what is only
+    /// wanted ahead comes when nothing else does, and levels of images are passed over whose finer ones
+    /// come soon.
+    pub(crate) fn next(&mut self, room: Room) -> Option<Batch> {
         let busy = !self.flying.is_empty();
         let mut incomplete = self.wishes.open;
         let mut missing: Vec<&Want> = Vec::new();
@@ -147,12 +148,13 @@ impl Plan {
                 break;
             }
         }
+        pass_over(&mut missing, room.soon);
         let by_itself = missing.first().filter(|want| self.alone.contains(&want.part));
         let missing: Vec<&Want> = match by_itself {
             Some(want) => vec![want],
             None => missing.into_iter().filter(|want| !self.alone.contains(&want.part)).collect(),
         };
-        let (parts, bytes) = batch::gather(&missing, most_bytes);
+        let (parts, bytes) = batch::gather(&missing, room.bytes);
         if parts.is_empty() {
             return None;
         }
@@ -386,4 +388,32 @@ impl Plan {
             }
         }
     }
+}
+
+/// Leaves those levels of images out of `missing`, which is in the order of fetching, whose finer ones
+/// are to come within the `soon` bytes behind them. A level of the first stage makes the picture
+/// complete, and is not.
+fn pass_over(missing: &mut Vec<&Want>, soon: u64) {
+    let before: Vec<u64> = missing
+        .iter()
+        .scan(0u64, |bytes, want| {
+            let before = *bytes;
+            *bytes = bytes.saturating_add(want.bytes);
+            Some(before)
+        })
+        .collect();
+    // The place of the finest level of each image so far, from the end.
+    let mut finer: HashMap<(&str, u16), usize> = HashMap::new();
+    let mut kept = vec![true; missing.len()];
+    for (index, want) in missing.iter().enumerate().rev() {
+        let Part::Image { panorama, camera, .. } = &want.part else { continue };
+        let image = (&**panorama, *camera);
+        let next = finer.insert(image, index);
+        let comes_soon = next.is_some_and(|next| {
+            before[next].saturating_add(missing[next].bytes) <= before[index].saturating_add(soon)
+        });
+        kept[index] = want.stage != Stage::Detail || !comes_soon;
+    }
+    let mut kept = kept.into_iter();
+    missing.retain(|_| kept.next().unwrap_or(true));
 }

@@ -50,9 +50,9 @@ fn wishes(place: i32, exact: bool) -> Wishes {
     }
     for near in (place - 1).max(0)..=(place + 1).min(PLACES - 1) {
         let finest = if near == place { 0 } else { 1 };
-        for level in [LEVELS - 1, finest] {
+        for level in [LEVELS - 1, LEVELS - 2, finest] {
             let part = Part::Image { panorama: format!("p{near}").into(), camera: 0, level };
-            let stage = if level == finest { Stage::Detail } else { Stage::First };
+            let stage = if level < LEVELS - 1 { Stage::Detail } else { Stage::First };
             wishes.wants.push(Want {
                 photographs: [image_id(near)].into(),
                 exact: exact && level == finest,
@@ -240,7 +240,7 @@ proptest! {
                     under_way.retain(|(batch, _)| !useless.contains(batch));
                 }
                 Step::Ask => {
-                    if let Some(batch) = plan.next(1200) {
+                    if let Some(batch) = plan.next(Room { bytes: 1200, soon: 3000 }) {
                         for part in batch.parts {
                             let twice = under_way.iter().any(|(_, other)| *other == part);
                             prop_assert!(!twice, "asked for twice: {part:?}");
@@ -274,7 +274,7 @@ proptest! {
         let useless = plan.look(wishes(last, exact));
         under_way.retain(|(batch, _)| !useless.contains(batch));
         for _ in 0..1000 {
-            while let Some(batch) = plan.next(1200) {
+            while let Some(batch) = plan.next(Room { bytes: 1200, soon: 3000 }) {
                 under_way.extend(batch.parts.into_iter().map(|part| (batch.id, part)));
             }
             let Some((_, part)) = under_way.pop() else { break };
@@ -304,7 +304,7 @@ fn what_is_wanted_ahead_waits_for_all_else_and_is_fetched_once() {
     now.wants.extend(later.map(|want| Want { stage: Stage::Ahead, ..want }));
     assert!(plan.look(now).is_empty());
     let mut ahead = 0;
-    while let Some(batch) = plan.next(1000) {
+    while let Some(batch) = plan.next(Room { bytes: 1000, soon: 0 }) {
         for part in batch.parts {
             let told = plan.arrive(&part, updates(&part));
             if told.is_none() {
@@ -315,4 +315,29 @@ fn what_is_wanted_ahead_waits_for_all_else_and_is_fetched_once() {
     }
     assert!(ahead > 0);
     assert_eq!(plan.held().images.len(), 2, "what is ahead is not shown");
+}
+
+#[test]
+fn a_level_is_passed_over_whose_finer_one_comes_soon() {
+    let asked = |soon: u64| {
+        let mut plan = Plan::new(Order::ExpectedError);
+        plan.look(wishes(0, true));
+        let mut levels = Vec::new();
+        while let Some(batch) = plan.next(Room { bytes: 1, soon }) {
+            for part in batch.parts {
+                if let Part::Image { panorama, level, .. } = &part
+                    && &**panorama == "p0"
+                {
+                    levels.push(*level);
+                }
+                plan.arrive(&part, updates(&part));
+            }
+        }
+        assert!(plan.standing().finished);
+        levels
+    };
+    // All three levels of what is nearest, where the connection is slow.
+    assert_eq!(asked(0), [LEVELS - 1, LEVELS - 2, 0]);
+    // Then the coarse one, which makes the picture complete, and the finest.
+    assert_eq!(asked(100_000), [LEVELS - 1, 0]);
 }
