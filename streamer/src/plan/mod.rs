@@ -2,6 +2,7 @@
 //! network, clock or task, so that any order of events can be tried.
 
 mod batch;
+mod clusters;
 mod held;
 mod order;
 mod part;
@@ -9,6 +10,7 @@ mod part;
 mod tests;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
 
 use flaneur_scene::{ImageId, PointNodeId, SceneUpdate, TileKey};
 
@@ -148,7 +150,7 @@ impl Plan {
                 break;
             }
         }
-        pass_over(&mut missing, room.soon);
+        pass_over(&mut missing, &self.flying, room.soon);
         let by_itself = missing.first().filter(|want| self.alone.contains(&want.part));
         let missing: Vec<&Want> = match by_itself {
             Some(want) => vec![want],
@@ -391,28 +393,27 @@ impl Plan {
 }
 
 /// Leaves those levels of images out of `missing`, which is in the order of fetching, whose finer ones
-/// are to come within the `soon` bytes behind them. A level of the first stage makes the picture
-/// complete, and is not.
-fn pass_over(missing: &mut Vec<&Want>, soon: u64) {
-    let before: Vec<u64> = missing
-        .iter()
-        .scan(0u64, |bytes, want| {
-            let before = *bytes;
-            *bytes = bytes.saturating_add(want.bytes);
-            Some(before)
-        })
-        .collect();
-    // The place of the finest level of each image so far, from the end.
-    let mut finer: HashMap<(&str, u16), usize> = HashMap::new();
+/// are `flying`, or are to come within the `soon` bytes behind them. A level of the first stage makes
+/// the picture complete, and is not.
+fn pass_over(missing: &mut Vec<&Want>, flying: &BTreeMap<Part, BatchId>, soon: u64) {
+    let mut before: Vec<u64> = Vec::with_capacity(missing.len());
+    let mut bytes = 0u64;
+    for want in &*missing {
+        before.push(bytes);
+        bytes = bytes.saturating_add(want.bytes);
+    }
+    // Bytes until the next finer level of each image has come, from the end.
+    let mut finer: HashMap<(Arc<str>, u16), u64> = HashMap::new();
     let mut kept = vec![true; missing.len()];
     for (index, want) in missing.iter().enumerate().rev() {
-        let Part::Image { panorama, camera, .. } = &want.part else { continue };
-        let image = (&**panorama, *camera);
-        let next = finer.insert(image, index);
-        let comes_soon = next.is_some_and(|next| {
-            before[next].saturating_add(missing[next].bytes) <= before[index].saturating_add(soon)
-        });
-        kept[index] = want.stage != Stage::Detail || !comes_soon;
+        let Part::Image { panorama, camera, level } = &want.part else { continue };
+        let of_level =
+            |level| Part::Image { panorama: Arc::clone(panorama), camera: *camera, level };
+        let is_flying = flying.range(of_level(0)..of_level(*level)).next().is_some();
+        let end = before[index].saturating_add(want.bytes);
+        let next = finer.insert((Arc::clone(panorama), *camera), end);
+        let comes_soon = next.is_some_and(|next| next <= before[index].saturating_add(soon));
+        kept[index] = want.stage != Stage::Detail || !(is_flying || comes_soon);
     }
     let mut kept = kept.into_iter();
     missing.retain(|_| kept.next().unwrap_or(true));

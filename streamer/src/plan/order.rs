@@ -8,9 +8,9 @@
 //! that is not known, which is about the spacing of what is known; below a pixel nothing is gained.
 //! ARCHITECTURE.md derives both. What gains most a byte comes first.
 
-use std::cmp::Ordering;
 use std::collections::HashMap;
 
+use super::clusters::{self, Job};
 use super::part::{Part, Stage, Want};
 
 /// Which parts come first.
@@ -25,26 +25,43 @@ pub enum Order {
 
 /// Sorts `wants`, given with what must come first before what follows it: stages one after the other,
 /// and within each by `order`, but levels of an image from coarse to fine and nodes after those
-/// above them.
+/// above them. By expected error something that gains little alone comes early where what must wait for
+/// it gains much, see [`clusters`].
 pub(super) fn sort(wants: &mut Vec<Want>, order: Order) {
-    let mut urgency = HashMap::new();
-    let mut keyed: Vec<(Stage, f64, Want)> = Vec::with_capacity(wants.len());
-    for want in wants.drain(..) {
-        let own = match order {
-            _ if want.part.is_survey() => f64::INFINITY,
-            Order::ExpectedError => want.gain / want.bytes.max(1) as f64,
-            Order::NearestFirst => -want.distance_m,
-        };
-        let above = predecessor(&want.part, |key| urgency.get(key).copied());
-        // Not before its predecessor, nor in an earlier stage.
-        let (stage, key) = above.map_or((want.stage, own), |(stage, key): (Stage, f64)| {
-            (want.stage.max(stage), if want.stage > stage { own } else { own.min(key) })
-        });
-        urgency.insert(slot(&want.part), (stage, key));
-        keyed.push((stage, key, want));
+    let mut places: HashMap<Part, usize> = HashMap::new();
+    let mut stages: Vec<Stage> = Vec::with_capacity(wants.len());
+    let mut after: Vec<Option<usize>> = Vec::with_capacity(wants.len());
+    for (index, want) in wants.iter().enumerate() {
+        let above = predecessor(&want.part, |part| places.get(part).copied());
+        let stage = above.map_or(want.stage, |above| want.stage.max(stages[above]));
+        // What comes in an earlier stage is there anyway.
+        after.push(above.filter(|&above| stages[above] == stage));
+        stages.push(stage);
+        places.insert(slot(&want.part), index);
     }
-    keyed.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)).then(Ordering::Equal));
-    wants.extend(keyed.into_iter().map(|(_, _, want)| want));
+    let mut sequence: Vec<usize> = match order {
+        Order::ExpectedError => {
+            let jobs = wants.iter().zip(&after).map(|(want, &after)| Job {
+                gain: if want.part.is_survey() { f64::MAX } else { want.gain },
+                cost: want.bytes.max(1) as f64,
+                after,
+            });
+            clusters::order(&jobs.collect::<Vec<Job>>())
+        }
+        Order::NearestFirst => {
+            let mut farthest_m: Vec<f64> = Vec::with_capacity(wants.len());
+            for (want, after) in wants.iter().zip(&after) {
+                let own = if want.part.is_survey() { f64::NEG_INFINITY } else { want.distance_m };
+                farthest_m.push(after.map_or(own, |above| own.max(farthest_m[above])));
+            }
+            let mut sequence: Vec<usize> = (0..wants.len()).collect();
+            sequence.sort_by(|&a, &b| farthest_m[a].total_cmp(&farthest_m[b]));
+            sequence
+        }
+    };
+    sequence.sort_by_key(|&index| stages[index]);
+    let mut left: Vec<Option<Want>> = wants.drain(..).map(Some).collect();
+    wants.extend(sequence.into_iter().filter_map(|index| left[index].take()));
 }
 
 /// What parts that follow each other share: the level of an image is left out.
@@ -105,10 +122,10 @@ mod tests {
         let below = NodeKey::ROOT.children()[3];
         let wants = vec![
             node(NodeKey::ROOT, 1.0, 100),
-            // Gains more a byte than the node above it, and must wait all the same.
+            // Gains more a byte than the node above it, which so is worth 51 for 200.
             node(below, 50.0, 100),
             image("a", 4, Stage::First, 0.1, 100),
-            image("a", 2, Stage::Detail, 30.0, 1000),
+            image("a", 2, Stage::Detail, 300.0, 1000),
             image("b", 2, Stage::Detail, 1.0, 1000),
         ];
         let order = sorted(wants.clone(), Order::ExpectedError);
