@@ -3,16 +3,16 @@
 //!
 //! `make test` sets up its Python.
 
+mod python;
 mod served;
 
-use std::path::PathBuf;
 use std::process::Command;
 
+use python::python;
 use served::{Served, flaneur};
 
 #[test]
 fn a_python_client_reads_a_whole_street_by_reflection() {
-    let python = python();
     let work = tempfile::tempdir().expect("a folder");
     let folder = |name: &str| work.path().join(name);
     let street = folder("street");
@@ -28,7 +28,7 @@ fn a_python_client_reads_a_whole_street_by_reflection() {
     ]);
     let served = Served::start(&[&store]);
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/foreign_client.py");
-    let output = Command::new(python)
+    let output = Command::new(python())
         .arg(script)
         .arg(served.url.trim_start_matches("http://"))
         .arg(&street)
@@ -39,16 +39,4 @@ fn a_python_client_reads_a_whole_street_by_reflection() {
     assert!(output.status.success(), "{text}{complaint}");
     assert!(text.contains("panoramas"), "{text}");
     assert!(served.stop().success(), "SIGTERM is a good end");
-}
-
-fn python() -> PathBuf {
-    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/target/python-venv/bin/python");
-    let python = std::env::var_os("FLANEUR_TEST_PYTHON").map_or(default.into(), PathBuf::from);
-    assert!(
-        python.is_file(),
-        "{} is absent: run `make test`, which sets it up, or set FLANEUR_TEST_PYTHON to a \
-         Python with the packages of tests/requirements.txt",
-        python.display()
-    );
-    python
 }
