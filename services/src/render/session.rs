@@ -226,6 +226,8 @@ impl Session {
         let finish = finish.filter(|_| self.progress.finished);
         let manner = Manner { finish, patient: false };
         let (number, progress, fault) = (self.number, self.progress, self.fault.clone());
+        // Not that of the progress, which begins anew with each view.
+        let bytes_received = self.streamer.statistics().bytes_received;
         let (stage, feeder) = (self.visit.stage().clone(), Arc::clone(&self.visit.feeder));
         let frames = self.frames.clone();
         let quality = self.pace.quality();
@@ -244,7 +246,7 @@ impl Session {
             }
             message.complete = finished || progress.complete_picture || progress.finished;
             message.number = number;
-            message.bytes_received = progress.bytes_received;
+            message.bytes_received = bytes_received;
             message.latency_ms = since.elapsed().as_secs_f64() * 1e3;
             permit.send(Ok(message));
             Ok(Shown { sequence, finished, left, at: Instant::now() })
