@@ -21,23 +21,23 @@ try {
   const page = await browser.newPage({ viewport: { width: 1024, height: 512 } });
   const walker = new Walker(page);
   await walker.open(server.url);
+  await page.evaluate(listen);
   const keys: number[] = [];
   const servers: number[] = [];
   for (let trial = 0; trial < TRIES; trial += 1) {
-    const wait = firstFrameAfterKey(page);
     await walker.hold(trial % 2 === 0 ? "w" : "s", 60);
-    const { shownMs, serverMs } = await wait;
-    keys.push(shownMs);
-    servers.push(serverMs);
-    await page.waitForTimeout(150);
+    await page.waitForTimeout(300);
     await walker.sees("final");
+    const { shownMs, serverMs } = (await taken(page)).key ?? {};
+    keys.push(shownMs ?? Number.NaN);
+    servers.push(serverMs ?? Number.NaN);
   }
   const turns: number[] = [];
   for (let trial = 0; trial < TRIES; trial += 1) {
-    const wait = shownAfterDrag(page);
     await walker.drag([520, 200], [trial % 2 === 0 ? 440 : 600, 210]);
-    turns.push(...(await wait));
+    await page.waitForTimeout(300);
     await walker.sees("final");
+    turns.push(...(await taken(page)).turns);
   }
   const report = {
     viewport: "1024x512",
@@ -53,65 +53,56 @@ try {
   await server.kill();
 }
 
-/** From the press of the next key until a picture from another place is on the screen. */
-function firstFrameAfterKey(page: Page): Promise<{ shownMs: number; serverMs: number }> {
-  return page.evaluate(
-    () =>
-      new Promise((resolve) => {
-        const stage = document.querySelector(".stage");
-        window.addEventListener(
-          "keydown",
-          ({ timeStamp }) => {
-            const shown = (event: Event) => {
-              const { sequence, latencyMs } = (event as CustomEvent).detail;
-              // What was under way when the key went down shows the former view.
-              if (sequence <= last) {
-                return;
-              }
-              stage?.removeEventListener("flaneur:frame", shown);
-              requestAnimationFrame(() =>
-                resolve({ shownMs: performance.now() - timeStamp, serverMs: latencyMs }),
-              );
-            };
-            const last: bigint = BigInt(stage?.getAttribute("data-sequence") ?? 0);
-            stage?.addEventListener("flaneur:frame", shown);
-          },
-          { once: true },
-        );
-      }),
-  );
+interface Waits {
+  /** From the press of a key until the first picture of the new view is on the screen. */
+  key?: { readonly shownMs: number; readonly serverMs: number };
+  /** From each move of the hand until the picture that it turned is on the screen. */
+  turns: number[];
 }
 
-/** From each move of the hand until the picture that it turned is on the screen. */
-function shownAfterDrag(page: Page): Promise<number[]> {
-  return page.evaluate(
-    () =>
-      new Promise((resolve) => {
-        const stage = document.querySelector(".stage");
-        const waits: number[] = [];
-        let movedAt: number | undefined;
-        const moved = (event: Event) => {
-          movedAt ??= event.timeStamp;
-        };
-        const shown = () => {
-          const since = movedAt;
-          movedAt = undefined;
-          if (since !== undefined) {
-            // By the next frame of the screen this one is on it.
-            requestAnimationFrame(() => waits.push(performance.now() - since));
-          }
-        };
-        stage?.addEventListener("pointermove", moved);
-        stage?.addEventListener("flaneur:shown", shown);
-        stage?.addEventListener(
-          "pointerup",
-          () => {
-            stage.removeEventListener("pointermove", moved);
-            stage.removeEventListener("flaneur:shown", shown);
-            setTimeout(() => resolve(waits), 100);
-          },
-          { once: true },
-        );
-      }),
+/** What was waited for since it was last asked. */
+function taken(page: Page): Promise<Waits> {
+  return page.evaluate(() => {
+    const page = window as unknown as { waits: Waits };
+    const waits = page.waits;
+    page.waits = { turns: [] };
+    return waits;
+  });
+}
+
+/** Runs in the page, and takes the times there. What is shown is on the screen by its next frame. */
+function listen(): void {
+  const page = window as unknown as { waits: Waits };
+  page.waits = { turns: [] };
+  const stage = document.querySelector<HTMLElement>(".stage");
+  let key: { atMs: number; last: bigint } | undefined;
+  let movedMs: number | undefined;
+  window.addEventListener(
+    "keydown",
+    ({ timeStamp }) => {
+      // Pictures of this view, or of former ones, may still be under way.
+      key = { atMs: timeStamp, last: BigInt(stage?.dataset.sequence ?? 0) };
+    },
+    { capture: true },
   );
+  stage?.addEventListener("flaneur:frame", (event) => {
+    const { sequence, latencyMs } = (event as CustomEvent).detail;
+    const pressed = key;
+    if (pressed && sequence > pressed.last) {
+      key = undefined;
+      requestAnimationFrame(() => {
+        page.waits.key = { shownMs: performance.now() - pressed.atMs, serverMs: latencyMs };
+      });
+    }
+  });
+  stage?.addEventListener("pointermove", ({ timeStamp, buttons }) => {
+    movedMs ??= buttons > 0 ? timeStamp : undefined;
+  });
+  stage?.addEventListener("flaneur:shown", () => {
+    const since = movedMs;
+    movedMs = undefined;
+    if (since !== undefined) {
+      requestAnimationFrame(() => page.waits.turns.push(performance.now() - since));
+    }
+  });
 }
