@@ -35,6 +35,7 @@ done
 
 echo
 echo "picture: $folder/frame.png   (report: $folder/frame.json)"
+echo "walk:    $url   (in a browser)"
 echo "serving: $url   (gRPC, gRPC-Web, reflection; $url/metrics)"
 if [ -z "$once" ]; then
     echo "Ctrl-C ends it"

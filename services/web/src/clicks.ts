@@ -1,4 +1,5 @@
 import type { Clients } from "./api/clients";
+import type { Session } from "./api/session";
 import type { ScreenPoint } from "./controls/steering";
 import type { Panorama } from "./gen/flaneur/v1/panorama_pb";
 import type { Place } from "./gen/flaneur/v1/render_pb";
@@ -19,6 +20,7 @@ import type { Visit } from "./visit";
 export interface ClicksParts {
   readonly render: Clients["render"];
   readonly scene: string;
+  readonly session: Session;
   readonly pose: Value<Pose>;
   readonly layer: Value<Layer>;
   readonly screen: () => Screen;
@@ -106,7 +108,7 @@ export class Clicks {
   }
 
   async #pick(at: ScreenPoint, photographs: boolean): Promise<Place | undefined> {
-    const { render, scene, pose, layer, screen, toast } = this.#parts;
+    const { render, scene, session, pose, layer, screen, toast } = this.#parts;
     const request = {
       scene,
       pose: pose.get(),
@@ -114,6 +116,7 @@ export class Clicks {
       layer: layer.get(),
       at,
       photographs,
+      headers: session.headers,
     };
     try {
       const place = await pick(render, request);

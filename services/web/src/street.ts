@@ -56,7 +56,7 @@ export async function openStreet(
 
   const pose = new Value<Pose>(first);
   const layer = new Value<Layer>(link.layer);
-  const host = element("main", {
+  const host = element("div", {
     class: "stage",
     tabindex: 0,
     role: "application",
@@ -123,6 +123,7 @@ export async function openStreet(
   const clicks = new Clicks({
     render: clients.render,
     scene: scene.name,
+    session,
     pose,
     layer,
     screen,
@@ -211,6 +212,14 @@ export async function openStreet(
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) {
       session.hurry();
+    }
+  });
+  // Whoever chose a switch with the mouse goes on walking with the keys.
+  page.addEventListener("click", (event) => {
+    const { target, detail } = event;
+    const tools = ".layers, .toolbar, .zoom, .inset-map";
+    if (detail > 0 && target instanceof Element && target.closest(tools)) {
+      host.focus({ preventScroll: true });
     }
   });
   host.focus({ preventScroll: true });

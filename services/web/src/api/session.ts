@@ -78,6 +78,14 @@ export class Session {
     this.#listener = listener;
   }
 
+  /**
+   * Metadata that leads a call to the server which has the session, and so the scene: proxies do
+   * not read messages.
+   */
+  get headers(): Record<string, string> {
+    return this.#token ? { "flaneur-session": this.#token } : {};
+  }
+
   /** Asks for frames of a view; those of former views are of no more use. */
   want(view: View): void {
     this.#view = view;
@@ -130,7 +138,7 @@ export class Session {
         },
         {
           signal: watching.signal,
-          headers: this.#headers(),
+          headers: this.headers,
           timeoutMs: 0,
           onHeader: () => {
             if (this.#watching === watching) {
@@ -185,7 +193,7 @@ export class Session {
     this.#render
       .updateView(request, {
         signal: watching.signal,
-        headers: this.#headers(),
+        headers: this.headers,
         timeoutMs: ANSWER_MS,
       })
       .then(
@@ -248,10 +256,5 @@ export class Session {
     const watching = this.#watching;
     this.#watching = undefined;
     watching?.abort();
-  }
-
-  /** For proxies, which do not read messages. */
-  #headers(): HeadersInit {
-    return { "flaneur-session": this.#token };
   }
 }

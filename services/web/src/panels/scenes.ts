@@ -29,7 +29,7 @@ export function sceneList(scenes: readonly Scene[], unknown: string | undefined)
     return element("li", {}, link);
   });
   return element(
-    "main",
+    "div",
     { class: "scene-list" },
     element("h1", {}, TEXT.scenes),
     ...(unknown === undefined ? [] : [element("p", {}, TEXT.unknownScene(unknown))]),

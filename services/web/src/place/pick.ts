@@ -20,16 +20,18 @@ export async function pick(
     readonly layer: Layer;
     readonly at: ScreenPoint;
     readonly photographs: boolean;
+    /** Those of the session. */
+    readonly headers: Record<string, string>;
   },
 ): Promise<Place | undefined> {
-  const { scene, pose, screen, layer, at, photographs } = request;
+  const { scene, pose, screen, layer, at, photographs, headers } = request;
   const camera = pictureOf(pose, screen, WHOLE);
   const pixel = {
     x: (at[0] * camera.width) / screen.width,
     y: (at[1] * camera.height) / screen.height,
   };
   const view = viewMessage(camera, layer);
-  const options = { timeoutMs: PATIENCE_MS };
+  const options = { headers, timeoutMs: PATIENCE_MS };
   const { place } = await render.pick({ scene, view, pixel, photographs }, options);
   return place?.position ? place : undefined;
 }
