@@ -2,6 +2,7 @@
 
 mod command;
 mod screen;
+mod served;
 mod street;
 
 use std::io::{BufRead, BufReader};
@@ -14,6 +15,7 @@ use command::{flaneur, run, succeed, text};
 use image::RgbImage;
 use screen::Screen;
 use serde_json::Value;
+use served::Served;
 use street::SampleStreet;
 
 /// The sides of the window, pixels.
@@ -33,9 +35,9 @@ struct Window {
 }
 
 impl Window {
-    fn open(source: &Path, view: &str, screen: &Screen) -> Self {
+    fn open(source: &str, view: &str, screen: &Screen) -> Self {
         let mut process = flaneur()
-            .args(["--log-format", "json", "view", text(source), "--view", view])
+            .args(["--log-format", "json", "view", source, "--view", view])
             .args(["--size", &format!("{}x{}", SIZE[0], SIZE[1])])
             .env("DISPLAY", &screen.display)
             .env_remove("WAYLAND_DISPLAY")
@@ -152,7 +154,7 @@ fn one_walks_about_a_street() {
     // On the road, looking down the street and a little down, which the window is told as a scene's file.
     let start = "651487.5,6861042.9,44.2,35,-4";
     let manifest = street.store.join("sample/scene.json");
-    let window = Window::open(&manifest, start, &screen);
+    let window = Window::open(text(&manifest), start, &screen);
     screen.focus("sample - Flaneur");
     // The hint goes with the first key.
     screen.act(&["key", "Escape"]);
@@ -212,10 +214,46 @@ fn one_walks_about_a_street() {
     let expected = 35.0 - (120.0 / focal).atan().to_degrees();
     let heading: f64 = turned.split(',').nth(3).expect("a heading").parse().expect("a number");
     assert!((heading - expected).abs() < 0.1, "{heading}, not {expected}");
-    await_picture(&screen, &darkroom.picture(&turned, "hybrid"), "the street to the left");
+    let left = darkroom.picture(&turned, "hybrid");
+    await_picture(&screen, &left, "the street to the left");
 
+    // Two clicks on the road go to the photograph that was taken nearest to there.
+    screen.act(&["mousemove", "320", "300", "click", "--repeat", "2", "--delay", "100", "1"]);
+    let mut photograph = window.stands("after a double click");
+    while off_the_way(&street, &photograph) > 1.0 {
+        // One had come to where the first click led.
+        photograph = window.stands("where a photograph was taken");
+    }
     let (code, said) = window.interrupted();
     assert_eq!((code, said), (Some(130), Value::String("flaneur: interrupted".to_owned())));
+
+    // A service shows the same.
+    let served = Served::start(&[&street.store]);
+    let window = Window::open(&served.url, &turned, &screen);
+    screen.focus("sample - Flaneur");
+    screen.act(&["key", "Escape"]);
+    assert_eq!(window.stands("before a service"), turned);
+    await_picture(&screen, &left, "the street of a service");
+    drop(window);
+    assert!(served.stop().success());
+}
+
+/// From a view to the nearest place where a photograph was taken, metres of the plan. The cameras of a
+/// rig stand within decimetres of its place.
+fn off_the_way(street: &SampleStreet, view: &str) -> f64 {
+    let [x, y, _] = position(view);
+    let poses = std::fs::read(street.survey.join("poses.json")).expect("the survey's poses");
+    let poses: Vec<Value> = serde_json::from_slice(&poses).expect("JSON");
+    let spheres = std::fs::read_to_string(street.survey.join("equirectangular.csv"));
+    let spheres = spheres.expect("the survey's spheres");
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let of_poses = poses.iter().map(|pose| [number(&pose["easting"]), number(&pose["northing"])]);
+    let of_spheres = spheres.lines().skip(1).map(|line| {
+        let mut fields = line.split(',').skip(1).map(|field| field.parse().expect("a number"));
+        [fields.next().expect("x"), fields.next().expect("y")]
+    });
+    let distances = of_poses.chain(of_spheres).map(|place| (place[0] - x).hypot(place[1] - y));
+    distances.fold(f64::INFINITY, f64::min)
 }
 
 #[test]

@@ -28,8 +28,8 @@ const STANDING: f64 = 1.7;
 /// How fast an eye follows the ground: the share of the difference that is left after a second is
 /// e to the minus this.
 const FOLLOWING: f64 = 8.0;
-/// How near one steps to a wall to face it, and how far off one stays at most, metres.
-const BEFORE_WALL: [f64; 2] = [3.0, 12.0];
+/// How near one stays to a wall to face it, and how far off at most, metres.
+const BEFORE_WALL: [f64; 2] = [2.0, 12.0];
 /// A longer time between two looks at the clock is taken for this, seconds: whoever was away does
 /// not run on meanwhile.
 const LONGEST_STEP_S: f64 = 0.25;
@@ -155,10 +155,12 @@ impl Visitor {
     }
 }
 
-/// The pose before a wall from which one looks straight at `place`, as high as now.
+/// The pose before a wall from which one looks straight at `place`, as high as now and as far from the
+/// wall's plane: farther off one would stand in the houses across the street.
 fn before(place: &Place, pose: Pose) -> Pose {
     let out = place.normal.truncate().normalize_or_zero();
-    let distance = place.position.distance(pose.eye).clamp(BEFORE_WALL[0], BEFORE_WALL[1]);
+    let distance = (pose.eye - place.position).truncate().dot(out);
+    let distance = distance.clamp(BEFORE_WALL[0], BEFORE_WALL[1]);
     let eye = (place.position.truncate() + out * distance).extend(pose.eye.z);
     pose.at(eye).facing(place.position.with_z(pose.eye.z))
 }

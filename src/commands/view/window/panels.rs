@@ -122,7 +122,7 @@ impl PanelState {
 fn label(context: &egui::Context, id: &str, side: Align2, text: &str) {
     let area = egui::Area::new(egui::Id::unique(id)).interactable(false);
     area.anchor(side, inward(side)).show(context, |ui| {
-        egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(text));
+        egui::Frame::popup(ui.style()).show(ui, |ui| ui.add(egui::Label::new(text).extend()));
     });
 }
 
