@@ -218,6 +218,10 @@ impl DepthMaps {
                 let wanted = |id: &PointNodeId| self.refined && (redraw || pending.contains(id));
                 let list =
                     sources.points.map_list(frustum, centre, max_radius_m, self.precedence, wanted);
+                if redraw && list.blocks.is_empty() {
+                    self.textures.empty(encoder, slot.layer);
+                    continue;
+                }
                 let scratch = &self.textures.scratch;
                 let (whole, buffer) = self.textures.points_layer(slot.layer, self.side);
                 if redraw {
@@ -346,6 +350,30 @@ impl Textures {
                 ..Default::default()
             })
         })
+    }
+
+    /// Leaves a layer without points: much quicker than to copy it from a scratch buffer without.
+    fn empty(&self, encoder: &mut wgpu::CommandEncoder, layer: usize) {
+        let view = self.points.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2),
+            base_array_layer: layer as u32,
+            array_layer_count: Some(1),
+            ..Default::default()
+        });
+        let nothing = wgpu::Color { r: f64::NAN, ..wgpu::Color::TRANSPARENT };
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("no points"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(nothing),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..Default::default()
+        });
     }
 
     /// A layer of point depth, and the scratch buffer that is copied from or to it.
