@@ -5,17 +5,32 @@ use std::path::Path;
 use flaneur_proto::v1;
 use glam::DVec3;
 use las::Reader;
+use tonic::Request;
+use tonic::metadata::MetadataValue;
 
 use crate::street::SampleStreet;
-use crate::{Client, SCENE, client, serve, still, view};
+use crate::walker::update;
+use crate::{Client, SCENE, client, serve, view};
 
-async fn pick(client: &mut Client, heading_deg: f64, x: f64, y: f64) -> Option<v1::Place> {
-    let request = v1::PickRequest {
+/// Whose pick it is.
+const SESSION: &str = "someone-who-clicks-about";
+
+async fn pick(
+    client: &mut Client,
+    session: Option<&'static str>,
+    heading_deg: f64,
+    (x, y): (f64, f64),
+) -> Option<v1::Place> {
+    let mut request = Request::new(v1::PickRequest {
         scene: SCENE.to_owned(),
         view: Some(view(heading_deg)),
         pixel: Some(v1::Point2 { x, y }),
         photographs: true,
-    };
+    });
+    if let Some(session) = session {
+        let name = MetadataValue::from_static(session);
+        request.metadata_mut().insert("flaneur-session", name);
+    }
     client.pick(request).await.expect("a pick").into_inner().place
 }
 
@@ -47,15 +62,24 @@ async fn a_click_finds_what_was_surveyed_there() {
     let mut client = client(&served).await;
     let (mut of_points, mut of_mesh, mut seen, mut coloured, mut nothing) = (0, 0, 0, 0, 0);
     for heading_deg in [40.0, 130.0] {
-        // Without a walk nothing is there: a frame has it loaded, and its session holds it.
-        let mut walker =
-            crate::walker::Walker::begin(&mut client, heading_deg).await.expect("a walk");
-        walker.settle().await;
-        let frame = client.render_frame(still(heading_deg)).await.expect("a frame").into_inner();
-        assert!(frame.r#final);
+        // Someone who walks, and looks at what is there.
+        let update = Some(update(1, heading_deg));
+        let watch = v1::WatchRequest { session: SESSION.to_owned(), update };
+        let mut frames = client.watch(watch).await.expect("a session").into_inner();
+        while !frames.message().await.expect("a frame").expect("more").r#final {}
+        // Anyone else finds the same, though nothing is loaded for them.
+        let at = (160.5, 120.5);
+        let (theirs, own) = (
+            pick(&mut client, None, heading_deg, at).await.expect("the road"),
+            pick(&mut client, Some(SESSION), heading_deg, at).await.expect("the road"),
+        );
+        let apart_m = DVec3::try_from(theirs.position.expect("set"))
+            .expect("finite")
+            .distance(DVec3::try_from(own.position.expect("set")).expect("finite"));
+        assert!(apart_m < 0.05, "{apart_m}");
         for (x, y) in (0..6).flat_map(|i| (0..5).map(move |j| (f64::from(i), f64::from(j)))) {
             let (x, y) = (20.5 + 53.0 * x, 10.5 + 33.0 * y);
-            let Some(place) = pick(&mut client, heading_deg, x, y).await else {
+            let Some(place) = pick(&mut client, Some(SESSION), heading_deg, (x, y)).await else {
                 nothing += 1;
                 continue;
             };

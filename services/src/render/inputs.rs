@@ -142,3 +142,58 @@ impl Refusal {
 fn wish(quality: Option<&v1::Quality>) -> Result<Wish, FieldError> {
     Wish::new(quality).map_err(|e| e.within("quality"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn update(sequence: u64) -> v1::ViewUpdate {
+        let view = v1::View {
+            eye: Some(v1::Point3 { x: 1.0, y: 2.0, z: 3.0 }),
+            extent: Some(v1::view::Extent::FovDeg(60.0)),
+            width: 16,
+            height: 16,
+            ..v1::View::default()
+        };
+        v1::ViewUpdate {
+            scene: "street".to_owned(),
+            sequence,
+            view: Some(view),
+            ..v1::ViewUpdate::default()
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn views_that_come_too_fast_are_told_when_the_next_may() {
+        let options = Arc::new(RenderOptions { views_per_s: 10, ..RenderOptions::default() });
+        let inputs = Inputs::begin(update(1), &options).expect("good");
+        for sequence in 2..12 {
+            inputs.update(&update(sequence)).expect("a second's worth at once");
+        }
+        let Err(Refusal::TooFast(wait)) = inputs.update(&update(12)) else {
+            panic!("one too many");
+        };
+        assert!(wait <= Duration::from_millis(100), "{wait:?}");
+        assert_eq!(inputs.heard().wanted.sequence, 11, "and it changed nothing");
+        tokio::time::advance(wait + Duration::from_millis(1)).await;
+        inputs.update(&update(12)).expect("now it may");
+        // A pause saves up no more than a second's worth.
+        tokio::time::advance(Duration::from_secs(3600)).await;
+        let taken = (13..100).take_while(|&sequence| inputs.update(&update(sequence)).is_ok());
+        assert_eq!(taken.count(), 10);
+    }
+
+    #[tokio::test]
+    async fn only_what_is_newer_counts() {
+        let inputs = Inputs::begin(update(5), &Arc::default()).expect("good");
+        let received =
+            |frame| v1::ViewUpdate { received_frame: frame, ..v1::ViewUpdate::default() };
+        inputs.update(&update(4)).expect("late, but good");
+        inputs.update(&received(7)).expect("an acknowledgement");
+        inputs.update(&received(6)).expect("a late one");
+        let heard = inputs.heard();
+        assert_eq!((heard.wanted.sequence, heard.received, heard.closed), (5, 7, false));
+        let elsewhere = v1::ViewUpdate { scene: "other".to_owned(), ..update(6) };
+        assert!(matches!(inputs.update(&elsewhere), Err(Refusal::Bad(e)) if e.field == "scene"));
+    }
+}

@@ -9,15 +9,19 @@ use glam::DVec2;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
+use tonic::metadata::MetadataMap;
 use tonic::{Request, Response, Status, Streaming};
 
 use super::inputs::{Inputs, Refusal};
 use super::scenes::Scenes;
 use super::sessions::{Sessions, check_name};
+use super::still::{self, Still};
 use super::wanted::{Wanted, Wish};
-use super::{RenderOptions, pick, refuse, session, still};
+use super::{RenderOptions, pick, refuse, session};
 use crate::grpc::status;
 
+/// The metadata in which a call names its session.
+const SESSION: &str = "flaneur-session";
 /// Most picks at a time; more wait.
 const PICKS: usize = 4;
 
@@ -74,6 +78,13 @@ impl Rendering {
                 "this server cannot render: {reason}; or ask another server"
             ))
         })
+    }
+
+    /// Whether a call is of a session that looks at `scene` here.
+    fn walks(&self, metadata: &MetadataMap, scene: &str) -> bool {
+        let name = metadata.get(SESSION).and_then(|name| name.to_str().ok());
+        let inputs = name.and_then(|name| self.sessions.inputs(name));
+        inputs.is_some_and(|inputs| inputs.scene() == scene)
     }
 
     fn place(&self) -> Result<OwnedSemaphorePermit, Status> {
@@ -215,14 +226,24 @@ impl v1::render_service_server::RenderService for Rendering {
         &self,
         request: Request<v1::PickRequest>,
     ) -> Result<Response<v1::PickResponse>, Status> {
+        let walks = self.walks(request.metadata(), &request.get_ref().scene);
         let request = request.into_inner();
         let view = view_of(request.view).and_then(|view| Wanted::new(1, view, &self.options));
         let wanted = view.map_err(|e| status::invalid(&e.within("view")))?;
         let pixel = request.pixel.ok_or_else(|| FieldError::new("", "is absent"));
         let pixel = pixel.and_then(DVec2::try_from);
         let pixel = pixel.map_err(|e| status::invalid(&e.within("pixel")))?;
-        let scene = self.scenes()?.open(&request.scene).await?;
+        let scenes = self.scenes()?;
         let _turn = self.picks.acquire().await;
+        let scene = scenes.open(&request.scene).await?;
+        // Who walks has seen what is there; for anyone else it is loaded first.
+        let _still = if walks {
+            None
+        } else {
+            let _place = self.place()?;
+            let (scene, wanted) = (Arc::clone(&scene), wanted.clone());
+            Some(Still::paint(scene, wanted, Wish::default(), &self.options).await?)
+        };
         let place = pick::place(&scene, wanted, pixel, request.photographs).await?;
         Ok(Response::new(v1::PickResponse { place }))
     }
