@@ -104,6 +104,7 @@ test("faces a wall that one clicks, and goes to a photograph with two clicks", a
     );
   };
   await expect.poll(across).toBeLessThan(8);
+  await walker.sees("final");
   await keep("wall");
 
   await walker.page.mouse.dblclick(512, 384);

@@ -83,6 +83,7 @@ test("works on a narrow screen, and with fingers", async ({ server, browser }) =
   await walker.open(server.url);
   const width = await walker.page.evaluate(() => document.documentElement.scrollWidth);
   expect(width).toBeLessThanOrEqual(360);
+  await walker.page.screenshot({ path: path.join(PICTURES, "narrow.png") });
   for (const name of ["Measure", "Map", "Copy a link", "How to move"]) {
     const box = await walker.page.getByRole("button", { name }).first().boundingBox();
     expect((box?.x ?? 999) + (box?.width ?? 999), name).toBeLessThanOrEqual(360);
@@ -164,7 +165,7 @@ test("without JavaScript the page says what is needed", async ({ server, browser
   await page.goto(server.url);
   // Parsed as an element only where scripts are off.
   const words = page.locator("noscript p");
-  await expect(words).toBeVisible();
+  await expect(words).toBeInViewport({ ratio: 1 });
   await expect(words).toContainText("needs JavaScript");
   await page.screenshot({ path: path.join(PICTURES, "without_javascript.png") });
   await context.close();
