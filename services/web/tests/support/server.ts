@@ -15,10 +15,10 @@ export class Server {
     this.url = url;
   }
 
-  /** At a free port, or at one that a former server had. */
-  static async start(port = 0, store = STORE): Promise<Server> {
+  /** At a free port, or at one that a former server had; `more` are further arguments. */
+  static async start(port = 0, store = STORE, more: readonly string[] = []): Promise<Server> {
     const listen = `127.0.0.1:${port}`;
-    const started = spawn(FLANEUR, ["serve", store, "--listen", listen], {
+    const started = spawn(FLANEUR, ["serve", store, "--listen", listen, ...more], {
       stdio: ["ignore", "pipe", "ignore"],
     });
     let said = "";
