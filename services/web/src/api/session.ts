@@ -38,6 +38,9 @@ const ANSWER_MS = 8000;
 /** Where the server says that views come too fast, the next comes after so long. */
 const SLOWER_MS = 200;
 
+/** A view that is refused is not followed by another one sooner, milliseconds. */
+const REFUSED_MS = 1000;
+
 /** Codes that another attempt would only meet again. */
 const HOPELESS = new Set([
   Code.InvalidArgument,
@@ -69,6 +72,8 @@ export class Session {
   #open = false;
   #watching: AbortController | undefined;
   #failures = 0;
+  /** After a refusal the next attempt waits until then, as `performance.now()` has it. */
+  #notBeforeMs = 0;
   #retry: ReturnType<typeof setTimeout> | undefined;
   #closed = false;
 
@@ -97,7 +102,7 @@ export class Session {
     if (this.#watching) {
       this.#pump();
     } else if (this.#retry === undefined) {
-      void this.#watch();
+      this.#watchAfter(this.#notBeforeMs - performance.now());
     }
   }
 
@@ -215,6 +220,11 @@ export class Session {
       return;
     }
     if (error.code === Code.NotFound) {
+      if (this.#received === 0n) {
+        // A session that was never there: its server and that of its views are not the same.
+        this.#ended(watching, new ConnectError(error.rawMessage, Code.Unavailable));
+        return;
+      }
       // The session is gone; nothing was lost but that.
       this.#forget();
       void this.#watch();
@@ -237,19 +247,24 @@ export class Session {
     if (error.code === Code.DeadlineExceeded && this.#failures === 0 && this.#received > 0n) {
       this.#listener.state({ kind: "resting" });
     } else if (HOPELESS.has(error.code)) {
+      this.#notBeforeMs = performance.now() + REFUSED_MS;
       this.#listener.state({ kind: "refused", reason: error.rawMessage });
     } else {
       this.#failures += 1;
       const wait = waitMs(this.#failures, Math.random());
-      this.#retry = setTimeout(() => {
-        this.#retry = undefined;
-        void this.#watch();
-      }, wait);
+      this.#watchAfter(wait);
       const retryAtMs = performance.now() + wait;
       // What the browser says of a failed connection says nothing.
       const reason = error.code === Code.Unavailable ? error.rawMessage : "";
       this.#listener.state({ kind: "lost", reason, retryAtMs });
     }
+  }
+
+  #watchAfter(waitMs: number): void {
+    this.#retry = setTimeout(() => {
+      this.#retry = undefined;
+      void this.#watch();
+    }, waitMs);
   }
 
   #forget(): void {
