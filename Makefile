@@ -10,7 +10,7 @@ FLANEUR := target/release/flaneur
 WEB := services/web
 EXAMPLE := examples/typescript
 PAGE := $(WEB)/dist/index.html
-PAGE_SOURCES := $(shell find $(WEB)/src $(WEB)/public -path $(WEB)/src/gen -prune -o -type f -print) \
+PAGE_SOURCES := $(shell find $(WEB)/src $(WEB)/public $(WEB)/build -path $(WEB)/src/gen -prune -o -type f -print) \
 	$(wildcard $(WEB)/*.json $(WEB)/*.ts $(WEB)/*.yaml proto/proto/flaneur/v1/*.proto) $(WEB)/index.html
 
 .PHONY: demo test setup web

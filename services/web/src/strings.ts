@@ -77,6 +77,8 @@ export const TEXT = {
     ["Esc", "leave"],
   ] as const,
 
+  licences: "Licences of what this page is made with",
+
   quality: {
     connecting: "Connecting",
     loading: "Loading",

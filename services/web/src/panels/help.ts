@@ -16,6 +16,7 @@ export function helpDialog(): HTMLDialogElement {
     { class: "help-dialog", "aria-labelledby": "help-title" },
     element("header", {}, title, close),
     rows,
+    element("footer", {}, element("a", { href: "./licences.txt" }, TEXT.licences)),
   );
   close.addEventListener("click", () => dialog.close());
   dialog.addEventListener("click", (event) => {
