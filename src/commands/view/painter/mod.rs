@@ -4,6 +4,8 @@
 //! ([`Order`]); the painter streams, draws, and tells ([`News`]).
 
 mod feed;
+#[cfg(test)]
+mod tests;
 mod work;
 
 use std::sync::{Arc, Mutex};

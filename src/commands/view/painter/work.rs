@@ -17,6 +17,9 @@ use crate::exit::Exit;
 /// A frame waits so long at least for what has arrived to be brought to the device, and half as long
 /// as the one before took to draw; the rest comes with the next one.
 const APPLYING: Duration = Duration::from_millis(20);
+/// Who comes to stand sees a frame with all settings after so long at the latest; sooner where
+/// everything is there by then, and the frame is the final one.
+const SETTLING: Duration = Duration::from_millis(300);
 
 /// A renderer, what feeds it, and what was drawn last.
 pub(super) struct Work {
@@ -27,6 +30,8 @@ pub(super) struct Work {
     feed: Feed,
     ground: Arc<Mutex<Ground>>,
     wish: Option<Wish>,
+    /// Since when that is of someone who stands.
+    stands_since: Instant,
     /// Whether something has arrived that the last frame does not show.
     news: bool,
     /// What the last frame shows, and whether it is the final one of its view.
@@ -51,6 +56,7 @@ impl Work {
             feed: Feed::new(streamer),
             ground,
             wish: None,
+            stands_since: Instant::now(),
             news: false,
             drawn: None,
             drawing: Duration::ZERO,
@@ -81,6 +87,7 @@ impl Work {
                 }
                 continue;
             }
+            let (coarse, settled) = (self.is_coarse(), self.settled_at().into());
             tokio::select! {
                 changed = wishes.changed() => if changed.is_err() {
                     return Ok(());
@@ -90,6 +97,7 @@ impl Work {
                     None => return Ok(()),
                 },
                 event = self.feed.streamer.next() => self.take(event, tell)?,
+                () = tokio::time::sleep_until(settled), if coarse => {}
             }
         }
     }
@@ -99,6 +107,7 @@ impl Work {
         let before = std::mem::replace(&mut self.wish, wish);
         let Some(wish) = wish.filter(|_| wish != before) else { return };
         self.renderer.expect_eye(wish.view.eye());
+        self.stands_since = Instant::now();
         let same = |before: Wish| (before.view, before.moving) == (wish.view, wish.moving);
         if before.is_some_and(same) {
             return;
@@ -158,6 +167,17 @@ impl Work {
         Ok(())
     }
 
+    /// Whether one stands before a frame of when one moved.
+    fn is_coarse(&self) -> bool {
+        let stands = self.wish.is_some_and(|wish| !wish.moving);
+        stands && self.drawn.is_some_and(|(drawn, _)| drawn.moving)
+    }
+
+    /// When that is no longer to be borne.
+    fn settled_at(&self) -> Instant {
+        self.stands_since + SETTLING
+    }
+
     /// Whether another frame would be a better one.
     fn is_due(&self) -> bool {
         let Some(wish) = self.wish else { return false };
@@ -167,6 +187,7 @@ impl Work {
                 drawn.view != wish.view
                     || drawn.mode != wish.mode
                     || self.news
+                    || self.is_coarse() && Instant::now() >= self.settled_at()
                     || !wish.moving && !is_final && self.feed.has_all
             }
         }

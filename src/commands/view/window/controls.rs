@@ -77,7 +77,8 @@ impl App {
             KeyCode::KeyO | KeyCode::F1 => panels.shows_figures ^= true,
             KeyCode::KeyH => panels.shows_help ^= true,
             KeyCode::Escape => {
-                (panels.place, panels.message, panels.shows_help) = (None, None, false);
+                panels.clear();
+                panels.shows_help = false;
             }
             code => self.mode = mode(code).unwrap_or(self.mode),
         }

@@ -91,6 +91,8 @@ pub(super) struct Open {
     drawing: Duration,
     /// Whether it is to be drawn again at the next beat.
     moves: bool,
+    /// When its panels are, if they are to be by themselves.
+    again_at: Option<Instant>,
 }
 
 /// An event loop for a window.
@@ -179,11 +181,11 @@ impl ApplicationHandler<Told> for App {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         let Some(open) = &self.open else { return };
-        let next = match (open.moves, open.rests) {
-            (true, _) => open.drawn_at + PACE,
-            // Once more, to say that the view stands.
-            (false, false) => open.moved_at + REST,
-            (false, true) => return event_loop.set_control_flow(ControlFlow::Wait),
+        let beat = open.moves.then_some(open.drawn_at + PACE);
+        // Once more, to say that the view stands.
+        let stand = (!open.rests).then_some(open.moved_at + REST);
+        let Some(next) = [beat, stand, open.again_at].into_iter().flatten().min() else {
+            return event_loop.set_control_flow(ControlFlow::Wait);
         };
         if Instant::now() >= next {
             open.window.request_redraw();
@@ -230,9 +232,10 @@ impl App {
             crs: &self.scene.crs,
             adapter: &self.adapter,
         };
-        let (panels, panels_move) = open.panels.lay_out(&open.window, event_loop, &facts);
+        let (panels, again) = open.panels.lay_out(&open.window, event_loop, &facts);
         open.screen.draw(&view, panels)?;
-        open.moves = moved || panels_move;
+        open.moves = moved;
+        open.again_at = again.map(|delay| now + delay.max(PACE));
         open.drawn_at = now;
         open.drawing = now.elapsed();
         Ok(())
@@ -249,7 +252,7 @@ impl App {
     fn say(&mut self, what: String) {
         tracing::warn!("{what}");
         if let Some(open) = &mut self.open {
-            open.panels.message = Some(what);
+            open.panels.say(what);
         }
     }
 
@@ -292,7 +295,8 @@ impl App {
         if let Some(open) = &mut self.open {
             open.screen.clear();
             open.window.set_title(&title(&self.scene.name));
-            (open.shown, open.panels.place, open.panels.message) = (None, None, None);
+            open.panels.clear();
+            open.shown = None;
         }
     }
 }
@@ -334,6 +338,7 @@ fn open(event_loop: &ActiveEventLoop, scene: &str, size: UVec2) -> anyhow::Resul
         drawn_at: now,
         drawing: Duration::ZERO,
         moves: true,
+        again_at: None,
     })
 }
 

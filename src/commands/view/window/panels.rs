@@ -1,5 +1,7 @@
 //! What lies over the picture: figures, help, the place that was clicked, messages.
 
+use std::time::{Duration, Instant};
+
 use egui::{Align2, Color32, Stroke};
 use flaneur_scene::View;
 use winit::event::WindowEvent;
@@ -31,6 +33,8 @@ const HINT: &str = "H: help   O: figures";
 
 /// Margin of what stands at the window's borders, points.
 const MARGIN: f32 = 10.0;
+/// How long a message stands.
+const MESSAGE: Duration = Duration::from_secs(8);
 
 /// The panels, and the library that draws them.
 pub(super) struct PanelState {
@@ -42,8 +46,8 @@ pub(super) struct PanelState {
     pub(super) shows_hint: bool,
     /// What was clicked.
     pub(super) place: Option<Place>,
-    /// What went wrong.
-    pub(super) message: Option<String>,
+    /// What went wrong, and when.
+    message: Option<(String, Instant)>,
 }
 
 impl PanelState {
@@ -65,23 +69,33 @@ impl PanelState {
         }
     }
 
+    /// Says something for a while.
+    pub(super) fn say(&mut self, what: String) {
+        self.message = Some((what, Instant::now()));
+    }
+
+    /// Says nothing any more, and marks no place.
+    pub(super) fn clear(&mut self) {
+        (self.place, self.message) = (None, None);
+    }
+
     /// Takes note of an event; whether it belongs to a panel.
     pub(super) fn notice(&mut self, window: &Window, event: &WindowEvent) -> bool {
         self.input.on_window_event(window, event).consumed
     }
 
-    /// Lays the panels out. Whether they move by themselves, and must be drawn again at once.
+    /// Lays the panels out. After how long they are to be drawn again though nothing happens, if ever.
     pub(super) fn lay_out(
         &mut self,
         window: &Window,
         event_loop: &ActiveEventLoop,
         facts: &Facts<'_>,
-    ) -> (screen::Panels, bool) {
+    ) -> (screen::Panels, Option<Duration>) {
         let input = self.input.take_egui_input(window);
         let context = self.context.clone();
         let output = context.run_ui(input, |ui| self.show(ui.ctx(), facts));
-        let moves =
-            output.viewport_output.values().any(|viewport| viewport.repaint_delay.is_zero());
+        let delays = output.viewport_output.values().map(|viewport| viewport.repaint_delay);
+        let again = delays.min().filter(|delay| *delay < MESSAGE);
         self.input.handle_platform_output_with_event_loop(
             window,
             event_loop,
@@ -90,7 +104,7 @@ impl PanelState {
         let pixels_per_point = output.pixels_per_point;
         let primitives = context.tessellate(output.shapes, pixels_per_point);
         let textures = output.textures_delta;
-        (screen::Panels { primitives, textures, pixels_per_point }, moves)
+        (screen::Panels { primitives, textures, pixels_per_point }, again)
     }
 
     fn show(&mut self, context: &egui::Context, facts: &Facts<'_>) {
@@ -105,8 +119,12 @@ impl PanelState {
         if let Some(loading) = facts.loading() {
             label(context, "loading", Align2::RIGHT_BOTTOM, &loading);
         }
-        if let Some(message) = &self.message {
+        if let Some((message, since)) = &self.message {
             label(context, "message", Align2::CENTER_TOP, message);
+            match MESSAGE.checked_sub(since.elapsed()) {
+                Some(left) => context.request_repaint_after(left.min(MESSAGE / 2)),
+                None => self.message = None,
+            }
         }
         if self.shows_figures {
             table(context, "figures", Align2::LEFT_TOP, &mut self.shows_figures, &figures(facts));
