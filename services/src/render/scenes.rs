@@ -18,12 +18,12 @@ use super::{RenderOptions, refuse};
 /// Scenes by name, opened when somebody wants them.
 pub(super) struct Scenes {
     servers: Servers,
-    gpu: Gpu,
     options: Arc<RenderOptions>,
     open: Mutex<Open>,
 }
 
 struct Open {
+    gpu: Gpu,
     by_name: HashMap<String, Entry>,
     /// One whose shaders are compiled already.
     spare: Option<Stage>,
@@ -59,8 +59,8 @@ impl Scenes {
         options: Arc<RenderOptions>,
     ) -> std::io::Result<Self> {
         let spare = Some(Stage::start(&gpu, &options)?);
-        let open = Mutex::new(Open { by_name: HashMap::new(), spare, uses: 0 });
-        Ok(Self { servers, gpu, options, open })
+        let open = Mutex::new(Open { gpu, by_name: HashMap::new(), spare, uses: 0 });
+        Ok(Self { servers, options, open })
     }
 
     /// The scene as it is published now.
@@ -74,6 +74,9 @@ impl Scenes {
         let mut open = self.open.lock().await;
         open.uses += 1;
         let uses = open.uses;
+        if open.has_failed() {
+            open.start_over().await?;
+        }
         if let Some(entry) = open.by_name.get_mut(name)
             && entry.scene.streamer.info().version == info.version
         {
@@ -88,7 +91,7 @@ impl Scenes {
             .map_err(|e| refuse::of_stream(&e))?;
         let stage = match open.spare.take() {
             Some(stage) => stage,
-            None => Stage::start(&self.gpu, &self.options)
+            None => Stage::start(&open.gpu, &self.options)
                 .map_err(|e| Status::resource_exhausted(format!("no thread is left: {e}")))?,
         };
         let scene = Arc::new(OpenScene { streamer, stage, feeders: AtomicU64::new(0) });
@@ -99,6 +102,23 @@ impl Scenes {
 }
 
 impl Open {
+    /// Whether a driver failed so that the thread that used it has ended.
+    fn has_failed(&self) -> bool {
+        let stages = self.by_name.values().map(|entry| &entry.scene.stage);
+        stages.chain(&self.spare).any(Stage::has_ended)
+    }
+
+    /// Opens the device anew. Those who looked are told by their own frames, and come again.
+    async fn start_over(&mut self) -> Result<(), Status> {
+        tracing::error!("the graphics driver failed: it is opened anew");
+        self.by_name.clear();
+        self.spare = None;
+        let gpu = tokio::task::spawn_blocking(Gpu::new).await;
+        let gpu = gpu.map_err(|e| Status::internal(e.to_string()))?;
+        self.gpu = gpu.map_err(|e| refuse::of_render(&e))?;
+        Ok(())
+    }
+
     /// Closes the scene that was asked for longest ago and that nobody looks at, where there are
     /// `most`.
     fn make_room(&mut self, most: usize) -> Result<(), Status> {

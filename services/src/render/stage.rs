@@ -116,6 +116,11 @@ impl Stage {
         answer.await.unwrap_or_else(|_| Err(gone()))
     }
 
+    /// Whether the thread has ended by itself: its driver failed beyond what can be told.
+    pub(super) fn has_ended(&self) -> bool {
+        self.orders.is_closed()
+    }
+
     /// `feeder` wants nothing any more.
     pub(super) fn leave(&self, feeder: FeederId) {
         self.order(Order::Leave(feeder));
