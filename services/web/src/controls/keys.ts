@@ -40,8 +40,10 @@ export class Keys {
       if (event.ctrlKey || event.metaKey || event.altKey || isForOthers(event, stage)) {
         return;
       }
-      // Shows where Enter acts.
-      stage.classList.add("by-keys");
+      // Where Enter acts is shown to those who use it.
+      if (["Tab", "Enter", " ", "m", "M"].includes(event.key)) {
+        stage.classList.add("by-keys");
+      }
       if (WAYS[event.code]) {
         event.preventDefault();
         if (!this.#held.has(event.code)) {
