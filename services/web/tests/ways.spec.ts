@@ -24,12 +24,10 @@ test("a link reproduces the view", async ({ server, walker, context }) => {
 
 test("fills the window when it changes its size", async ({ server, walker, keep }) => {
   await walker.open(server.url);
-  await walker.page.setViewportSize({ width: 700, height: 900 });
-  await walker.sees("refining");
+  await walker.asks(() => walker.page.setViewportSize({ width: 700, height: 900 }));
   await walker.sees("final");
   expect(await walker.coverage()).toBe(true);
-  await walker.page.setViewportSize({ width: 1400, height: 500 });
-  await walker.sees("refining");
+  await walker.asks(() => walker.page.setViewportSize({ width: 1400, height: 500 }));
   await walker.sees("final");
   expect(await walker.coverage()).toBe(true);
   await keep("resized");

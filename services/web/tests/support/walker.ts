@@ -27,6 +27,14 @@ export class Walker {
     await expect(this.status).toHaveAttribute("data-quality", quality, { timeout: 60_000 });
   }
 
+  /** Does something that needs another picture, and waits until it has been asked for. */
+  async asks(act: () => Promise<void>): Promise<void> {
+    const asked = () => this.stage.evaluate((stage) => Number(stage.dataset.sequence));
+    const before = await asked();
+    await act();
+    await expect.poll(asked).toBeGreaterThan(before);
+  }
+
   /** Where the address says one is, once it has been the same for a while. */
   async pose(): Promise<Pose> {
     let last = "";
