@@ -1,19 +1,24 @@
-//! The services as `deploy/compose.yaml` puts them together, as plain processes: a data server, two
-//! render replicas that read from it, and nginx before them all with `deploy/nginx.conf`.
+//! The services as `deploy/compose.yaml` puts them together, as plain processes: an object store, a data
+//! server that reads from it, two render replicas that read from that one, and nginx before them all with
+//! `deploy/nginx.conf`.
 
 mod gateway;
 #[path = "../served/mod.rs"]
 mod served;
+mod store;
 #[path = "../street/mod.rs"]
 mod street;
 mod visitor;
 
 use std::ffi::OsStr;
+use std::path::Path;
+use std::process::Command;
 use std::time::Duration;
 
 use flaneur_proto::v1;
 use gateway::Gateway;
 use served::Served;
+use store::ObjectStore;
 use street::SampleStreet;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -35,8 +40,10 @@ struct Topology {
 }
 
 impl Topology {
-    fn start(street: &SampleStreet) -> Self {
-        let data = Served::start(&[&street.store]);
+    fn start(store: &ObjectStore) -> Self {
+        let url = store.url();
+        let arguments = [url.as_str(), "--no-render", "--listen", "127.0.0.1:0"].map(OsStr::new);
+        let data = Served::run(store.told(&mut Served::command(arguments)));
         let replicas = [(); 2].map(|()| Served::with([OsStr::new(&data.url)]));
         let urls = [0, 1].map(|index: usize| replicas[index].url.clone());
         let gateway = Gateway::start(&data.url, [&urls[0], &urls[1]]);
@@ -97,7 +104,9 @@ fn view(step: u64) -> v1::View {
 #[tokio::test(flavor = "multi_thread")]
 async fn walks_go_on_when_a_replica_ends() {
     let street = SampleStreet::ingested("topology").await;
-    let mut topology = Topology::start(&street);
+    let store = ObjectStore::start().await;
+    publish(&street.survey, &store);
+    let mut topology = Topology::start(&store);
     pages_and_data_come_through_the_gateway(&topology).await;
     sessions_stay_where_they_began(&topology).await;
 
@@ -106,6 +115,15 @@ async fn walks_go_on_when_a_replica_ends() {
     topology.restore();
     let talk = Talk::web(&topology.gateway.web);
     walk_past_the_end_of_a_replica(&mut topology, talk, "a-walk-as-the-page").await;
+}
+
+/// As the service `ingest` does it.
+fn publish(survey: &Path, store: &ObjectStore) {
+    let work = tempfile::tempdir().expect("a folder");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flaneur"));
+    command.arg("ingest").arg(survey).args(["--out", &store.url(), "--work"]).arg(work.path());
+    let output = store.told(&mut command).output().expect("the binary");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 async fn walk_past_the_end_of_a_replica(topology: &mut Topology, talk: Talk, session: &str) {
