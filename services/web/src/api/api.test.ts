@@ -1,6 +1,10 @@
-import { describe, expect, it } from "vitest";
+import { webcrypto } from "node:crypto";
+import { describe, expect, it, vi } from "vitest";
 import { waitMs } from "./backoff";
 import { randomToken } from "./token";
+
+// Node.js 18 has it, but not where browsers have it.
+vi.stubGlobal("crypto", webcrypto);
 
 describe("trying again", () => {
   it("waits twice as long each time, up to ten seconds, and never all at once", () => {

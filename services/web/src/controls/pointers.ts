@@ -100,7 +100,9 @@ export function steerByPointers(host: HTMLElement, steering: Steering): void {
       // Else the page itself would be zoomed or scrolled.
       event.preventDefault();
       const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 : 1;
-      const delta = Math.max(-300, Math.min(300, event.deltaY * lines));
+      // Browsers tell a pinch on a touchpad as small turns of a wheel with Ctrl.
+      const pinch = event.ctrlKey ? 6 : 1;
+      const delta = Math.max(-300, Math.min(300, event.deltaY * lines * pinch));
       steering.zoom(Math.exp(-delta * WHEEL_RATE), place(event));
     },
     { passive: false },
