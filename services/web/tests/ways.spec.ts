@@ -91,6 +91,28 @@ test("works on a narrow screen, and with fingers", async ({ server, browser }) =
   await walker.page.touchscreen.tap(180, 520);
   await expect.poll(async () => distance((await walker.pose()).eye, start.eye)).toBeGreaterThan(1);
   await walker.sees("final");
+  // Two fingers, from 60 to 120 pixels apart, show half as much.
+  const before = await walker.pose();
+  const fingers = await context.newCDPSession(walker.page);
+  const touch = (type: "touchStart" | "touchMove" | "touchEnd", half?: number) => {
+    const touchPoints =
+      half === undefined
+        ? []
+        : [
+            { x: 180 - half, y: 400, id: 0 },
+            { x: 180 + half, y: 400, id: 1 },
+          ];
+    return fingers.send("Input.dispatchTouchEvent", { type, touchPoints });
+  };
+  await touch("touchStart", 30);
+  for (let half = 33; half <= 60; half += 3) {
+    await touch("touchMove", half);
+  }
+  await touch("touchEnd");
+  const after = await walker.pose();
+  expect(after.fovDeg / before.fovDeg).toBeGreaterThan(0.45);
+  expect(after.fovDeg / before.fovDeg).toBeLessThan(0.6);
+  expect(after.eye).toEqual(before.eye);
   await context.close();
 });
 
