@@ -50,8 +50,9 @@ pub(crate) struct ServeArguments {
     #[arg(long)]
     no_render: bool,
     /// Most people who walk, and pictures that are waited for, at a time; more are refused
-    #[arg(long, value_name = "N", default_value_t = RenderOptions::default().sessions)]
-    max_sessions: usize,
+    #[arg(long, value_name = "N", default_value_t = RenderOptions::default().sessions as u64,
+        value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    max_sessions: u64,
     /// Most pixels of a picture
     #[arg(long, value_name = "N", default_value_t = RenderOptions::default().pixels,
         value_parser = clap::value_parser!(u64).range(1..=1 << 25))]
@@ -122,7 +123,7 @@ async fn rendering(servers: Servers, arguments: &ServeArguments) -> Result<Rende
         limits: arguments.gpu_memory.fitted(FetchLimits::default()),
         budget: Duration::from_millis(arguments.budget_ms),
         pixels: arguments.max_pixels,
-        sessions: arguments.max_sessions,
+        sessions: usize::try_from(arguments.max_sessions).unwrap_or(usize::MAX),
         idle: Duration::from_secs(arguments.max_idle),
         ..RenderOptions::default()
     };

@@ -46,6 +46,13 @@ async fn frames_come_in_order_and_the_last_is_final() {
     let rest = walker.end().await.expect("a good end");
     assert!(rest.is_empty(), "the last frame was final");
 
+    // Who says no more gets what is still to come, though they acknowledge nothing any more.
+    let mut walker = Walker::begin(&mut client, 10.0).await.expect("a walk");
+    walker.settle().await;
+    walker.turn(200.0).await;
+    let rest = walker.end().await.expect("a good end");
+    assert!(rest.last().is_some_and(|frame| frame.r#final && frame.sequence == 2), "{rest:?}");
+
     // A server that is told to stop tells those who walk.
     let mut walker = Walker::begin(&mut client, 40.0).await.expect("a walk");
     walker.settle().await;

@@ -130,6 +130,14 @@ impl Allowance {
 }
 
 impl Refusal {
+    /// The same, seen from the message that holds the update in its field `outer`.
+    pub(super) fn within(self, outer: &str) -> Self {
+        match self {
+            Self::Bad(error) => Self::Bad(error.within(outer)),
+            Self::TooFast(wait) => Self::TooFast(wait),
+        }
+    }
+
     /// The status of a call that did nothing else.
     pub(super) fn status(&self, options: &RenderOptions) -> Status {
         match self {

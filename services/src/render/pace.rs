@@ -11,7 +11,8 @@ const AIM: Duration = Duration::from_millis(80);
 const SLOW: Duration = Duration::from_millis(40);
 /// … and on faster ones so many, so that the way there and back is not waited for.
 const WINDOW: usize = 2;
-/// A client that has acknowledged nothing for so long, and never before, does not acknowledge.
+/// A client that has acknowledged nothing so long after its first frame does not acknowledge: it has
+/// as many frames as its connection takes.
 const SILENCE: Duration = Duration::from_secs(1);
 /// Qualities of JPEG between which the connection decides, where it begins, and by how much it goes.
 const QUALITIES: (u8, u8) = (30, 85);
@@ -22,6 +23,8 @@ const STEP: u8 = 6;
 #[derive(Debug)]
 pub(super) struct Pace {
     under_way: VecDeque<Sent>,
+    /// When the first frame went out.
+    first: Option<Instant>,
     acknowledges: bool,
     /// The shortest that a frame ever took there and back: what is not the connection's width.
     least: Option<Duration>,
@@ -40,6 +43,7 @@ impl Pace {
     pub(super) fn new() -> Self {
         Self {
             under_way: VecDeque::new(),
+            first: None,
             acknowledges: false,
             least: None,
             transfer: Duration::ZERO,
@@ -49,6 +53,7 @@ impl Pace {
 
     /// A frame goes out.
     pub(super) fn sent(&mut self, number: u64, now: Instant) {
+        self.first.get_or_insert(now);
         // Who never acknowledges must not have a list that grows.
         if !self.acknowledges && self.under_way.len() > WINDOW {
             self.under_way.pop_front();
@@ -81,8 +86,8 @@ impl Pace {
         if self.acknowledges {
             return Some(Until::Acknowledged);
         }
-        let last = self.under_way.back()?.at;
-        (last + SILENCE > now).then_some(Until::At(last + SILENCE))
+        let known = self.first? + SILENCE;
+        (known > now).then_some(Until::At(known))
     }
 
     /// Quality of JPEG while the view moves.
@@ -114,7 +119,7 @@ mod tests {
         pace.sent(1, start);
         assert_eq!(pace.wait(start), None);
         pace.sent(2, start + ms(5));
-        assert_eq!(pace.wait(start + ms(5)), Some(Until::At(start + ms(1005))));
+        assert_eq!(pace.wait(start + ms(5)), Some(Until::At(start + ms(1000))));
         pace.received(1, start + ms(50));
         assert_eq!(pace.wait(start + ms(50)), None, "one under way");
         pace.sent(3, start + ms(50));
@@ -128,8 +133,12 @@ mod tests {
     #[test]
     fn a_client_that_never_acknowledges_is_not_waited_for() {
         let (mut pace, start) = (Pace::new(), Instant::now());
-        for number in 1..10 {
-            let now = start + ms(2000 * number);
+        pace.sent(1, start);
+        pace.sent(2, start + ms(10));
+        assert_eq!(pace.wait(start + ms(20)), Some(Until::At(start + ms(1000))));
+        // From then on as fast as the connection takes them.
+        for number in 3..60 {
+            let now = start + ms(1000 + number);
             assert_eq!(pace.wait(now), None, "{number}");
             pace.sent(number, now);
         }

@@ -1,6 +1,7 @@
 //! The calls.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use flaneur_proto::{FieldError, v1};
 use flaneur_renderer::{Gpu, RenderError};
@@ -22,6 +23,8 @@ use crate::grpc::status;
 
 /// The metadata in which a call names its session.
 const SESSION: &str = "flaneur-session";
+/// How long the first view of a walk may take to come.
+const FIRST_VIEW: Duration = Duration::from_secs(10);
 /// Most picks at a time; more wait.
 const PICKS: usize = 4;
 
@@ -96,12 +99,11 @@ impl Rendering {
     /// when nobody takes them.
     async fn begin(
         &self,
+        place: OwnedSemaphorePermit,
         inputs: Arc<Inputs>,
         ending: impl Future<Output = Status> + Send + 'static,
     ) -> Result<Response<FrameStream>, Status> {
-        let scenes = self.scenes()?;
-        let place = self.place()?;
-        let scene = scenes.open(inputs.scene()).await?;
+        let scene = self.scenes()?.open(inputs.scene()).await?;
         let (frames, receiver) = mpsc::channel(1);
         let (options, stopping) = (Arc::clone(&self.options), self.stopping.clone());
         tokio::spawn(async move {
@@ -178,13 +180,15 @@ impl v1::render_service_server::RenderService for Rendering {
         request: Request<Streaming<v1::ViewUpdate>>,
     ) -> Result<Response<FrameStream>, Status> {
         self.scenes()?;
+        let place = self.place()?;
         let mut updates = request.into_inner();
-        let first = updates.message().await?;
+        let first = tokio::time::timeout(FIRST_VIEW, updates.message()).await;
+        let first = first.map_err(|_| Status::deadline_exceeded("no view was sent"))??;
         let first = first.ok_or_else(|| Status::invalid_argument("no view was sent"))?;
         let inputs = Inputs::begin(first, &self.options).map_err(|e| status::invalid(&e))?;
         let inputs = Arc::new(inputs);
         let ending = listen(updates, Arc::clone(&inputs), Arc::clone(&self.options));
-        self.begin(inputs, ending).await
+        self.begin(place, inputs, ending).await
     }
 
     type WatchStream = FrameStream;
@@ -200,8 +204,10 @@ impl v1::render_service_server::RenderService for Rendering {
             .and_then(|update| Inputs::begin(update, &self.options).map_err(|e| e.within("update")))
             .map_err(|e| status::invalid(&e))?;
         let inputs = Arc::new(inputs);
+        self.scenes()?;
+        let place = self.place()?;
         let watched = self.sessions.watch(session, Arc::clone(&inputs));
-        self.begin(inputs, async move {
+        self.begin(place, inputs, async move {
             // The session is known for as long as its frames are.
             watched.superseded.cancelled().await;
             Status::aborted("the session is watched by another call")
@@ -218,7 +224,7 @@ impl v1::render_service_server::RenderService for Rendering {
         let inputs = inputs.ok_or_else(|| Status::not_found("no such session; watch again"))?;
         let update = update.ok_or_else(|| FieldError::new("update", "is absent"));
         let update = update.map_err(|e| status::invalid(&e))?;
-        inputs.update(&update).map_err(|refusal| refusal.status(&self.options))?;
+        inputs.update(&update).map_err(|refusal| refusal.within("update").status(&self.options))?;
         Ok(Response::new(v1::UpdateViewResponse {}))
     }
 
@@ -233,9 +239,7 @@ impl v1::render_service_server::RenderService for Rendering {
         let pixel = request.pixel.ok_or_else(|| FieldError::new("", "is absent"));
         let pixel = pixel.and_then(DVec2::try_from);
         let pixel = pixel.map_err(|e| status::invalid(&e.within("pixel")))?;
-        let scenes = self.scenes()?;
-        let _turn = self.picks.acquire().await;
-        let scene = scenes.open(&request.scene).await?;
+        let scene = self.scenes()?.open(&request.scene).await?;
         // Who walks has seen what is there; for anyone else it is loaded first.
         let _still = if walks {
             None
@@ -244,6 +248,8 @@ impl v1::render_service_server::RenderService for Rendering {
             let (scene, wanted) = (Arc::clone(&scene), wanted.clone());
             Some(Still::paint(scene, wanted, Wish::default(), &self.options).await?)
         };
+        // Loading takes long, and is nobody's turn.
+        let _turn = self.picks.acquire().await;
         let place = pick::place(&scene, wanted, pixel, request.photographs).await?;
         Ok(Response::new(v1::PickResponse { place }))
     }

@@ -74,6 +74,8 @@ struct Session {
     /// Frames so far.
     number: u64,
     began: Instant,
+    /// The client says no more, and so acknowledges nothing.
+    closed: bool,
 }
 
 impl Session {
@@ -99,6 +101,7 @@ impl Session {
             shown: None,
             number: 0,
             began: Instant::now(),
+            closed: false,
         }
     }
 
@@ -146,6 +149,7 @@ impl Session {
     fn listen(&mut self) -> Heard {
         let heard = self.inputs.heard();
         self.pace.received(heard.received, Instant::now());
+        self.closed = heard.closed;
         let sequence = heard.wanted.sequence;
         if self.looked.is_none_or(|(looked, _)| looked != sequence) {
             let request = ViewRequest {
@@ -211,7 +215,8 @@ impl Session {
             Some(shown) if shown.sequence != sequence => true,
             Some(shown) => !shown.finished && (self.progress.finished || self.news),
         };
-        match (wants, self.pace.wait(Instant::now())) {
+        let wait = self.pace.wait(Instant::now()).filter(|_| !self.closed);
+        match (wants, wait) {
             (false, _) | (true, Some(Until::Acknowledged)) => Due::NotYet,
             (true, Some(Until::At(at))) => Due::At(at),
             (true, None) => Due::Now,

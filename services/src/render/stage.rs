@@ -170,6 +170,8 @@ impl Painter {
                     if let Err(error) = self.apply(&feeder, APPLYING) {
                         tracing::warn!(%error, "left out of the scene");
                     }
+                    // Also where there is no room yet: another order makes more.
+                    feeder.room.notify_one();
                 }
                 Order::Frame(feeder, manner, reply) => {
                     // Who has gone meanwhile needs none.

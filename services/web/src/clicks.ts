@@ -46,22 +46,16 @@ export class Clicks {
   /** Goes to the ground, faces a wall, or measures. */
   async once(at: ScreenPoint): Promise<void> {
     const { measuring, toast, visit, pose, terrain } = this.#parts;
+    if (measuring.on) {
+      // Every click counts, in its turn.
+      await measuring.ask(this.#pick(at, true));
+      return;
+    }
     this.#newest += 1;
     const click = this.#newest;
-    const measures = measuring.on;
-    if (measures) {
-      measuring.asking();
-    }
-    this.#met = this.#pick(at, measures);
+    this.#met = this.#pick(at, false);
     const place = await this.#met;
-    if (click !== this.#newest) {
-      return;
-    }
-    if (measures) {
-      measuring.answer(place);
-      return;
-    }
-    if (!place) {
+    if (click !== this.#newest || !place) {
       return;
     }
     const [x, y] = positionOf(place);

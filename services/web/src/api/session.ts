@@ -236,7 +236,9 @@ export class Session {
       setTimeout(() => this.#pump(), SLOWER_MS);
       return;
     }
-    this.#ended(watching, error);
+    // What is not answered in time is lost; only a stream that ends so has rested too long.
+    const late = error.code === Code.DeadlineExceeded;
+    this.#ended(watching, late ? new ConnectError("", Code.Unavailable) : error);
   }
 
   #ended(watching: AbortController, error: ConnectError): void {

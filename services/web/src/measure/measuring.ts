@@ -17,6 +17,10 @@ export class Measuring {
   readonly #stage: Stage;
   readonly #events: MeasuringEvents;
   #places: Place[] = [];
+  /** What was asked last. */
+  #asked: Promise<void> = Promise.resolve();
+  /** Another one each time that the tape is taken up or cleared. */
+  #round = 0;
   #on = false;
 
   constructor(stage: Stage, events: MeasuringEvents) {
@@ -24,7 +28,7 @@ export class Measuring {
     this.#events = events;
     this.panel = new MeasurePanel({
       close: () => this.close(),
-      clear: () => this.#set([]),
+      clear: () => this.#clear(),
       open: events.open,
     });
   }
@@ -37,7 +41,7 @@ export class Measuring {
     this.#on = !this.#on;
     this.panel.root.hidden = !this.#on;
     this.#events.changed(this.#on);
-    this.#set([]);
+    this.#clear();
   }
 
   close(): void {
@@ -46,18 +50,26 @@ export class Measuring {
     }
   }
 
-  /** Before the server's answer. */
-  asking(): void {
+  /** Takes the server's answer: nothing, where nothing was surveyed. Answers count in the order of clicks. */
+  ask(answer: Promise<Place | undefined>): Promise<void> {
+    const round = this.#round;
     this.panel.show(this.#places.length < 2 ? this.#places : [], true);
+    const before = this.#asked;
+    this.#asked = (async () => {
+      await before;
+      const place = await answer;
+      // Put away meanwhile, or begun anew.
+      if (this.#on && round === this.#round) {
+        const places = this.#places.length < 2 ? this.#places : [];
+        this.#set(place ? [...places, place] : this.#places);
+      }
+    })();
+    return this.#asked;
   }
 
-  /** The server's answer: nothing, where nothing was surveyed. */
-  answer(place: Place | undefined): void {
-    if (!place) {
-      this.#set(this.#places);
-    } else {
-      this.#set(this.#places.length < 2 ? [...this.#places, place] : [place]);
-    }
+  #clear(): void {
+    this.#round += 1;
+    this.#set([]);
   }
 
   #set(places: Place[]): void {

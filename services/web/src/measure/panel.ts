@@ -70,8 +70,9 @@ export class MeasurePanel {
     );
     const { geographic } = place;
     if (geographic) {
-      const { latitudeDeg, longitudeDeg, heightM } = geographic;
-      const text = `${latitudeDeg.toFixed(8)}, ${longitudeDeg.toFixed(8)}, ${heightM.toFixed(3)}`;
+      // Its height is that of the survey, not of the ellipsoid.
+      const { latitudeDeg, longitudeDeg } = geographic;
+      const text = `${latitudeDeg.toFixed(8)}, ${longitudeDeg.toFixed(8)}`;
       row(TEXT.geographic, element("span", { class: "figures" }, text), copy(text));
     } else {
       row(TEXT.geographic, TEXT.notGeographic);
