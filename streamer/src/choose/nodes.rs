@@ -91,12 +91,17 @@ pub fn choose_nodes(
             chosen.wanted.push(candidate.wanted(node));
         }
         if candidate.importance > limits.point_spacing_px && id.key.level < NodeKey::MAX_LEVEL {
+            // A node is held whether or not what is below it is: that itself decides whether it stays.
+            let refines = candidate.unsteadied > limits.point_spacing_px;
             for index in hierarchy.children(candidate.index) {
                 let key = match hierarchy.entry(index) {
                     HierarchyEntry::Node(node) => node.key,
                     HierarchyEntry::Page(key) => key,
                 };
-                queue.extend(measure.candidate(PointNodeId { key, ..id }, index));
+                let id = PointNodeId { key, ..id };
+                if refines || held.contains(&id) {
+                    queue.extend(measure.candidate(id, index));
+                }
             }
         }
     }
@@ -141,14 +146,26 @@ impl<'a> Measure<'a> {
             return None;
         }
         let centre: DVec3 = bounds.centre() - self.view().eye();
-        // What is held stays in sight a little longer, too.
-        let radius = HALF_DIAGONAL * (bounds.max.x - bounds.min.x) * steadiness;
-        let seen = self.cone.meets_ball(centre, radius);
-        let gazed = if self.request.gaze.weighs() { self.gaze.weight(centre, radius) } else { 1.0 };
+        let radius = HALF_DIAGONAL * (bounds.max.x - bounds.min.x);
         let spacing_m = cube.level_spacing_m(id.key.level);
         let spacing_px = self.view().pixels_a_metre(distance.max(NEAREST_M)) * spacing_m;
-        let importance = spacing_px * gazed * steadiness * if seen { 1.0 } else { UNSEEN };
-        Some(Candidate { importance, id, index, distance_m: centre.length(), spacing_m, seen })
+        let importance = |steadiness: f64| {
+            // What is held stays in sight a little longer, too.
+            let radius = radius * steadiness;
+            let seen = self.cone.meets_ball(centre, radius);
+            let gazed =
+                if self.request.gaze.weighs() { self.gaze.weight(centre, radius) } else { 1.0 };
+            (spacing_px * gazed * steadiness * if seen { 1.0 } else { UNSEEN }, seen)
+        };
+        let (importance, unsteadied, seen) = if steady {
+            let ((steadied, seen), (unsteadied, _)) = (importance(steadiness), importance(1.0));
+            (steadied, unsteadied, seen)
+        } else {
+            let (importance, seen) = importance(1.0);
+            (importance, importance, seen)
+        };
+        let distance_m = centre.length();
+        Some(Candidate { importance, unsteadied, id, index, distance_m, spacing_m, seen })
     }
 
     fn view(&self) -> &View {
@@ -159,6 +176,8 @@ impl<'a> Measure<'a> {
 #[derive(Debug, PartialEq)]
 struct Candidate {
     importance: f64,
+    /// The same if it were not held.
+    unsteadied: f64,
     id: PointNodeId,
     index: Index,
     distance_m: f64,
