@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use flaneur_scene::{ImageId, SceneUpdate};
+use flaneur_streamer::Streamer;
 use tokio::sync::{Notify, mpsc};
 
 use super::residents::FeederId;
@@ -17,6 +18,16 @@ const WAITING_BYTES: usize = 16 << 20;
 pub(super) enum Note {
     Dropped(SceneUpdate),
     Coarser(ImageId, u32),
+}
+
+impl Note {
+    /// Tells it.
+    pub(super) fn tell(&self, streamer: &Streamer) {
+        match self {
+            Self::Dropped(update) => streamer.note(update),
+            Self::Coarser(image, level) => streamer.note_level(image, *level),
+        }
+    }
 }
 
 /// One who feeds a renderer with what a streamer sends, and wants views of it.

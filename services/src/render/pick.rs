@@ -90,8 +90,7 @@ async fn footprint_at(client: &Client, picked: &Picked) -> Result<String, Status
     Ok(nearest.filter(|(metres, _)| *metres <= WALL_M).map(|(_, id)| id).unwrap_or_default())
 }
 
-/// From a place of the plan to the nearest edge of a footprint, metres; less inside of it, where only
-/// its roof can be.
+/// From a place of the plan to a footprint, metres; 0 inside of it.
 fn distance_m(footprint: &Footprint, at: DVec2) -> f64 {
     let edges = footprint
         .polygons
@@ -109,7 +108,7 @@ fn distance_m(footprint: &Footprint, at: DVec2) -> f64 {
             inside ^= at.x < a.x + (at.y - a.y) / along.y * along.x;
         }
     }
-    if inside { nearest_m.min(0.0) } else { nearest_m }
+    if inside { 0.0 } else { nearest_m }
 }
 
 /// The photographs as they are stored: a face of a sphere is a part of its camera's picture.

@@ -8,7 +8,7 @@ use super::stage::Painted;
 use crate::grpc::MAX_MESSAGE_BYTES;
 
 /// Quality of JPEG of a frame that stays.
-const FINAL_QUALITY: u8 = 90;
+pub(super) const FINAL_QUALITY: u8 = 90;
 
 /// A frame's message; its number and what is known of the stream are for the caller to fill in.
 pub(super) struct Encoded {

@@ -14,7 +14,6 @@ use tokio::sync::mpsc;
 use tokio::time::Instant;
 use tonic::Status;
 
-use super::feeder::Note;
 use super::inputs::{Heard, Inputs};
 use super::pace::{Pace, Until};
 use super::picture::{self, Encoded};
@@ -135,7 +134,7 @@ impl Session {
                 () = self.inputs.changed.notified() => {}
                 () = self.visit.feeder.room.notified() => applying = false,
                 event = self.streamer.next(), if has_room => self.take(event),
-                Some(note) = self.visit.notes.recv() => self.note(&note),
+                Some(note) = self.visit.notes.recv() => note.tell(&self.streamer),
                 shown = async { painting.as_mut().expect("there is one").await }, if painting.is_some() => {
                     painting = None;
                     self.take_shown(shown?);
@@ -186,13 +185,6 @@ impl Session {
         }
     }
 
-    fn note(&self, note: &Note) {
-        match note {
-            Note::Dropped(update) => self.streamer.note(update),
-            Note::Coarser(image, level) => self.streamer.note_level(image, *level),
-        }
-    }
-
     fn take_shown(&mut self, shown: Shown) {
         self.pace.sent(self.number, shown.at);
         self.news |= shown.left;
@@ -227,8 +219,8 @@ impl Session {
     fn paint(&mut self) -> Painting {
         self.number += 1;
         self.news = false;
-        let finish = self.looked.map(|(sequence, _)| sequence);
-        let finish = finish.filter(|_| self.progress.finished);
+        let looked = self.looked.map(|(sequence, _)| sequence);
+        let finish = looked.filter(|_| self.progress.finished);
         let manner = Manner { finish, patient: false };
         let (number, progress, fault) = (self.number, self.progress, self.fault.clone());
         // Not that of the progress, which begins anew with each view.
@@ -244,12 +236,13 @@ impl Session {
             let (sequence, finished, left) =
                 (painted.wanted.sequence, painted.finished, painted.left);
             let Encoded { mut message, since } = picture::encoded(painted, quality).await?;
-            // What is known of the stream's progress is of the view that was being looked at.
-            if finish == Some(sequence) || finish.is_none() {
+            message.complete = finished;
+            // What is known of the stream is of the view that was being looked at.
+            if looked == Some(sequence) {
+                message.complete |= progress.complete_picture || progress.finished;
                 message.remaining = progress.remaining;
                 message.fault = fault;
             }
-            message.complete = finished || progress.complete_picture || progress.finished;
             message.number = number;
             message.bytes_received = bytes_received;
             message.latency_ms = since.elapsed().as_secs_f64() * 1e3;

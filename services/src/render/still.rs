@@ -6,15 +6,11 @@ use flaneur_proto::v1;
 use flaneur_streamer::{Event, ViewRequest};
 use tonic::Status;
 
-use super::feeder::Note;
-use super::picture::{self, Encoded};
+use super::picture::{self, Encoded, FINAL_QUALITY};
 use super::scenes::{OpenScene, Visit};
 use super::stage::{Manner, Painted};
 use super::wanted::{Wanted, Wish};
 use super::{RenderOptions, refuse};
-
-/// Quality of JPEG; a still is final.
-const QUALITY: u8 = 90;
 
 /// The final frame of a view.
 ///
@@ -27,7 +23,7 @@ pub(super) async fn frame(
     options: &RenderOptions,
 ) -> Result<v1::Frame, Status> {
     let still = Still::paint(scene, wanted, wish, options).await?;
-    let Encoded { message, since } = picture::encoded(still.painted, QUALITY).await?;
+    let Encoded { message, since } = picture::encoded(still.painted, FINAL_QUALITY).await?;
     let latency_ms = since.elapsed().as_secs_f64() * 1e3;
     let bytes_received = still.bytes_received;
     Ok(v1::Frame { number: 1, complete: true, bytes_received, latency_ms, ..message })
@@ -66,10 +62,7 @@ impl Still {
             }
             tokio::select! {
                 () = feeder.room.notified() => applying = false,
-                Some(note) = visit.notes.recv() => match note {
-                    Note::Dropped(update) => streamer.note(&update),
-                    Note::Coarser(image, level) => streamer.note_level(&image, level),
-                },
+                Some(note) = visit.notes.recv() => note.tell(&streamer),
                 event = streamer.next(), if has_room => match event {
                     Event::Update(update) => feeder.push(update),
                     Event::Progress(progress) if progress.view == view => {
