@@ -8,7 +8,8 @@
 //! still     one picture, waited for
 //! pick      what a pixel shows
 //! scenes    what is open
-//! stage     a scene on the device, and the thread that renders it for all who look at it
+//! stage     a scene on the device: orders, and their answers
+//! painter   the thread that renders it for all who look at it
 //! residents who has what there
 //! ```
 //!
@@ -19,6 +20,7 @@ mod feeder;
 mod inputs;
 mod options;
 mod pace;
+mod painter;
 mod pick;
 mod picture;
 mod refuse;
