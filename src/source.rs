@@ -24,6 +24,12 @@ pub(crate) fn note(events: &mut Events<'_>, applied: &Applied) {
     applied.coarser.iter().for_each(|(id, level)| events.note_level(id, *level));
 }
 
+/// The same of a streamer that is not followed through its events.
+pub(crate) fn tell(streamer: &Streamer, applied: &Applied) {
+    applied.evicted.iter().for_each(|dropped| streamer.note(dropped));
+    applied.coarser.iter().for_each(|(id, level)| streamer.note_level(id, *level));
+}
+
 /// Where a server listens, and the scene that is meant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ServerAddress {

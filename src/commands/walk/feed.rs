@@ -4,6 +4,8 @@ use flaneur_renderer::Applied;
 use flaneur_scene::SceneUpdate;
 use flaneur_streamer::{Event, Statistics, Streamer, ViewRequest};
 
+use crate::source;
+
 /// Updates for the latest view.
 pub(super) struct Feed {
     streamer: Streamer,
@@ -39,8 +41,7 @@ impl Feed {
 
     /// Tells it what the renderer did by itself.
     pub(super) fn note(&self, applied: &Applied) {
-        applied.evicted.iter().for_each(|dropped| self.streamer.note(dropped));
-        applied.coarser.iter().for_each(|(id, level)| self.streamer.note_level(id, *level));
+        source::tell(&self.streamer, applied);
     }
 
     /// Whether a complete, if coarse, picture has arrived.

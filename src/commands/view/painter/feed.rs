@@ -4,6 +4,8 @@ use flaneur_renderer::Applied;
 use flaneur_scene::SceneUpdate;
 use flaneur_streamer::{Event, StreamError, Streamer, ViewRequest};
 
+use crate::source;
+
 /// A streamer, and how far it is.
 pub(super) struct Feed {
     pub(super) streamer: Streamer,
@@ -49,7 +51,6 @@ impl Feed {
 
     /// Tells it what the renderer did by itself.
     pub(super) fn note(&self, applied: &Applied) {
-        applied.evicted.iter().for_each(|dropped| self.streamer.note(dropped));
-        applied.coarser.iter().for_each(|(id, level)| self.streamer.note_level(id, *level));
+        source::tell(&self.streamer, applied);
     }
 }
