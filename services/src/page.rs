@@ -29,12 +29,11 @@ pub(crate) fn is_there() -> bool {
     Files::get(INDEX).is_some()
 }
 
-/// A route for every file, and `/` for the page itself.
+/// A route for every file, and `/` for the page itself, too.
 pub(crate) fn routes() -> Router {
-    let mut router = Router::new();
+    let mut router = Router::new().route("/", get(async || file(INDEX)));
     for path in Files::iter() {
-        let at = if path == INDEX { "/".to_owned() } else { format!("/{path}") };
-        router = router.route(&at, get(async move || file(&path)));
+        router = router.route(&format!("/{path}"), get(async move || file(&path)));
     }
     router.layer(CompressionLayer::new())
 }

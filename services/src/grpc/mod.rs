@@ -13,6 +13,7 @@ mod image_index;
 mod images;
 mod in_process;
 mod metrics;
+mod not_found;
 mod octrees;
 mod panoramas;
 mod pieces;

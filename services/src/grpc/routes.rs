@@ -23,6 +23,7 @@ use v1::scene_service_server::SceneServiceServer;
 use super::Services;
 use super::call::{self, Calls};
 use super::metrics::Metrics;
+use super::not_found;
 use super::server::ServeError;
 use crate::page;
 use crate::render::Rendering;
@@ -136,7 +137,8 @@ impl Answers {
             .layer(middleware::from_fn_with_state(calls, call::around))
             // Refuses HTTP/1 that is not gRPC-Web, so the pages stay outside of it.
             .layer(GrpcWebLayer::new())
-            .merge(pages(&metrics, has_page));
+            .layer(middleware::from_fn(not_found::around))
+            .merge(pages(&metrics, has_page, more));
         let routes = Routes::from(router).prepare();
         let answers = Self { routes, metrics, health, rendering, names };
         answers.set_health(ServingStatus::Serving).await;
