@@ -26,7 +26,7 @@ use super::metrics::Metrics;
 use super::not_found;
 use super::server::ServeError;
 use crate::page;
-use crate::render::Rendering;
+use crate::render::{NotRendered, Rendering};
 use crate::store::Catalog;
 
 /// How much a server takes on.
@@ -100,6 +100,12 @@ Flaneur serves surveyed streets here, over gRPC and gRPC-Web (package flaneur.v1
   Health:             /healthz, and grpc.health.v1.Health
 ";
 
+/// And where there are no pictures.
+const DATA_ALONE: &str = "
+It serves data alone. Pictures and the web page come from a server that renders, such as
+flaneur serve http://HOST:PORT with this one's address.
+";
+
 impl Answers {
     /// What is on offer, with health, reflection and metrics; and the page, where pictures are.
     pub(super) async fn new(offer: Offer, limits: &Limits) -> Result<Self, ServeError> {
@@ -126,10 +132,13 @@ impl Answers {
             names.extend(DATA);
         }
         let rendering = offer.rendering;
+        let more = rendering.as_ref().map_or(DATA_ALONE, |_| "");
         let has_page = rendering.is_some() && page::is_there();
         if let Some(rendering) = rendering.clone() {
             grpc = grpc.add_service(RenderServiceServer::new(rendering));
             names.push(RenderServiceServer::<Rendering>::NAME);
+        } else {
+            grpc = grpc.add_service(RenderServiceServer::new(NotRendered));
         }
         let calls = Calls::new(metrics.clone(), limits);
         let router = grpc
@@ -161,12 +170,16 @@ impl Answers {
     }
 }
 
-/// The pages that are plain HTTP.
-fn pages(metrics: &Metrics, has_page: bool) -> Router {
+/// The pages that are plain HTTP. Where there is none for people `/` says what to call, and `more`.
+fn pages(metrics: &Metrics, has_page: bool, more: &'static str) -> Router {
     let metrics = metrics.clone();
     let plain = Router::new().route("/healthz", get(async || "ok\n")).route(
         "/metrics",
         get(async move || ([(CONTENT_TYPE, "text/plain; version=0.0.4")], metrics.render())),
     );
-    if has_page { plain.merge(page::routes()) } else { plain.route("/", get(async || GREETING)) }
+    if has_page {
+        plain.merge(page::routes())
+    } else {
+        plain.route("/", get(async move || [GREETING, more].concat()))
+    }
 }

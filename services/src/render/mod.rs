@@ -11,11 +11,13 @@
 //! stage     a scene on the device: orders, and their answers
 //! painter   the thread that renders it for all who look at it
 //! residents who has what there
+//! absent    the answer of a server that was told not to render
 //! ```
 //!
 //! The service is a streaming client like any other: it reads scenes through the streamer, from
 //! data services in this process or over the network.
 
+mod absent;
 mod feeder;
 mod inputs;
 mod options;
@@ -34,5 +36,6 @@ mod still;
 mod wanted;
 mod warm;
 
+pub(crate) use absent::NotRendered;
 pub use options::RenderOptions;
 pub use service::Rendering;

@@ -25,6 +25,7 @@ use crate::store::Catalog;
 
 use v1::footprint_service_client::FootprintServiceClient;
 use v1::panorama_service_client::PanoramaServiceClient;
+use v1::render_service_client::RenderServiceClient;
 use v1::scene_service_client::SceneServiceClient;
 
 /// A server, until it is dropped.
@@ -164,6 +165,44 @@ async fn pages_say_what_this_is_and_metrics_count_calls() {
     });
     let sent: u64 = sent.and_then(|line| line.rsplit(' ').next()?.parse().ok()).expect("a count");
     assert!((1000..100_000).contains(&sent), "{sent}");
+}
+
+#[tokio::test]
+async fn what_is_not_there_is_not_found() {
+    let server = Running::start(Limits::default()).await;
+    for path in ["/nothing", "/index.html", "/assets/../healthz", "/made.up/name", "//", "/%ff"] {
+        let (head, body) = server.http(&format!("GET {path} HTTP/1.0"), b"").await;
+        assert!(head.contains(" 404 "), "{path}: {head}");
+        assert!(head.contains("content-type: text/plain"), "{path}: {head}");
+        assert!(String::from_utf8_lossy(&body).contains("nothing here"), "{path}");
+    }
+    // A method is there, but takes calls.
+    let method = "/flaneur.v1.SceneService/GetScene";
+    for request in [format!("GET {method}"), format!("POST {method}")] {
+        let request = format!("{request} HTTP/1.0\r\nContent-Type: application/json");
+        let (head, body) = server.http(&request, b"").await;
+        assert!(head.contains(" 415 "), "{request}: {head}");
+        assert!(String::from_utf8_lossy(&body).contains("application/grpc"), "{request}");
+    }
+}
+
+#[tokio::test]
+async fn a_server_without_pictures_says_who_has_them() {
+    let server = Running::start(Limits::default()).await;
+    let mut client = RenderServiceClient::connect(server.url()).await.expect("listening");
+    let request = v1::RenderFrameRequest { scene: SCENE.into(), ..Default::default() };
+    let mut statuses = vec![client.render_frame(request).await.expect_err("no pictures")];
+    let request = v1::WatchRequest::default();
+    statuses.push(client.watch(request).await.expect_err("no pictures"));
+    let request = tokio_stream::iter([v1::ViewUpdate::default()]);
+    statuses.push(client.navigate(request).await.expect_err("no pictures"));
+    statuses.push(client.update_view(v1::UpdateViewRequest::default()).await.expect_err("none"));
+    statuses.push(client.pick(v1::PickRequest::default()).await.expect_err("no pictures"));
+    for status in statuses {
+        assert_eq!(status.code(), Code::Unimplemented, "{status}");
+        assert!(status.message().contains("--no-render"), "{status}");
+        assert!(status.message().contains("flaneur serve http://"), "{status}");
+    }
 }
 
 #[tokio::test]
