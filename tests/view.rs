@@ -257,12 +257,20 @@ fn off_the_way(street: &SampleStreet, view: &str) -> f64 {
 }
 
 #[test]
-fn without_a_display_it_says_so() {
-    let mut command = flaneur();
-    command.args(["view", "nowhere"]).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
-    let output = command.env_remove("WAYLAND_SOCKET").output().expect("the binary");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{said}");
+fn without_a_display_it_says_so_after_what_is_wrong_with_the_source() {
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let street = runtime.block_on(SampleStreet::ingested("view-nowhere"));
+    let view = |source: &str| {
+        let mut command = flaneur();
+        command.args(["view", source]).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+        let output = command.env_remove("WAYLAND_SOCKET").output().expect("the binary");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, said) = view("nowhere");
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("nowhere") && !said.contains("display"), "{said}");
+    let (code, said) = view(text(&street.store));
+    assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("no display") && said.contains("flaneur render"), "{said}");
     assert_eq!(run(&["view", "nowhere", "--budget-ms", "0"]).status.code(), Some(2));
 }

@@ -74,20 +74,17 @@ pub(crate) struct ViewArguments {
 
 /// Shows the scene until the window is closed.
 pub(crate) async fn run(arguments: ViewArguments, context: &Context) -> Result<(), Exit> {
-    // Before anything else: without a display there is no point in it.
-    let event_loop = window::event_loop()?;
-    let proxy = event_loop.create_proxy();
     let Size(size) = arguments.size.unwrap_or(DEFAULT_SIZE);
     let stream_options = arguments.cache.options();
     let fov_y = arguments.fov.to_radians();
-    let (mut opened, gpu) = tokio::select! {
+    // What was typed comes first: whoever mends the display does not want to hear of it then.
+    let mut opened = tokio::select! {
         () = context.cancel.cancelled() => return Err(Exit::Interrupted),
-        ready = async {
-            let gpu = tokio::task::spawn_blocking(Gpu::new);
-            let opened = Opened::open(&arguments.source, stream_options.clone(), fov_y).await?;
-            Ok::<_, Exit>((opened, gpu.await??))
-        } => ready?,
+        opened = Opened::open(&arguments.source, stream_options.clone(), fov_y) => opened?,
     };
+    let event_loop = window::event_loop()?;
+    let proxy = event_loop.create_proxy();
+    let gpu = tokio::task::spawn_blocking(Gpu::new).await??;
     if let Some(viewpoint) = arguments.view {
         let (heading, pitch) = viewpoint.angles();
         opened.start = Pose::new(viewpoint.eye(), heading, pitch, fov_y);
