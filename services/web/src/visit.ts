@@ -133,7 +133,7 @@ export class Visit implements Steering {
     this.#ticking = false;
     const { pose, stage, keys, terrain } = this.#parts;
     const before = stage.shown.pose;
-    const gait = keys().gait;
+    const gait = keys().step(nowMs);
     if (gait) {
       this.#flight = undefined;
       const seconds =

@@ -28,9 +28,21 @@ export interface Strokes {
   layer(index: number): void;
 }
 
-/** The keys that are held, as a gait; undefined where none is. */
+/** A key walks for as long as it is down, and for so long at least, milliseconds: a tap is a step. */
+const SHORTEST_MS = 100;
+
+/** A key that walks. */
+interface Press {
+  /** As events have it, and frames of the screen. */
+  readonly downMs: number;
+  up: boolean;
+  /** Whether it has made a step. */
+  walked: boolean;
+}
+
+/** The keys that walk. */
 export class Keys {
-  readonly #held = new Set<string>();
+  readonly #presses = new Map<string, Press>();
   #hurried = false;
 
   /** `changed` is called when a key that walks goes down or up. */
@@ -46,8 +58,9 @@ export class Keys {
       }
       if (WAYS[event.code]) {
         event.preventDefault();
-        if (!this.#held.has(event.code)) {
-          this.#held.add(event.code);
+        const press = this.#presses.get(event.code);
+        if (!press || press.up) {
+          this.#presses.set(event.code, { downMs: event.timeStamp, up: false, walked: false });
           changed();
         }
       } else if (!event.repeat || isZoom(event.key)) {
@@ -56,28 +69,39 @@ export class Keys {
     });
     window.addEventListener("keyup", (event) => {
       this.#hurried = event.shiftKey;
-      if (this.#held.delete(event.code)) {
+      const press = this.#presses.get(event.code);
+      if (press) {
+        press.up = true;
         changed();
       }
     });
     // Where the keys go up elsewhere nobody is told.
     window.addEventListener("blur", () => {
-      this.#held.clear();
+      this.#presses.clear();
       changed();
     });
   }
 
-  get gait(): Gait | undefined {
-    if (this.#held.size === 0) {
-      return undefined;
-    }
+  /**
+   * The gait of the step that is made now; undefined where nobody walks. A key that went down and
+   * up again between two frames makes its step, too.
+   */
+  step(nowMs: number): Gait | undefined {
     const sum = { forward: 0, right: 0, turn: 0, tilt: 0 };
-    for (const code of this.#held) {
+    for (const [code, press] of this.#presses) {
+      if (press.up && press.walked && nowMs - press.downMs >= SHORTEST_MS) {
+        this.#presses.delete(code);
+        continue;
+      }
+      press.walked = true;
       const way = WAYS[code];
       sum.forward += way?.forward ?? 0;
       sum.right += way?.right ?? 0;
       sum.turn += way?.turn ?? 0;
       sum.tilt += way?.tilt ?? 0;
+    }
+    if (this.#presses.size === 0) {
+      return undefined;
     }
     const unit = (value: number) => Math.max(-1, Math.min(1, value));
     return {
