@@ -26,7 +26,7 @@ import type { Screen } from "./picture/request";
 import { Stage } from "./picture/stage";
 import { positionOf } from "./place/pick";
 import { LAYER_NAMES, type Layer } from "./state/layer";
-import { EYE_HEIGHT_M, firstFovDeg, firstPose } from "./state/start";
+import { EYE_HEIGHT_M, firstFovDeg, firstPose, isNear } from "./state/start";
 import { type LinkState, writeLink } from "./state/url";
 import { Value } from "./state/value";
 import { TEXT } from "./strings";
@@ -52,7 +52,8 @@ export async function openStreet(
   const terrain = new Terrain(clients.ground, scene);
   const catalogue = new Catalogue(clients.panoramas, scene.name);
   const buildings = new Buildings(clients.footprints, scene.name);
-  const first = link.pose ?? (await withoutLink(scene, catalogue, buildings, terrain));
+  const linked = link.pose && isNear(scene, link.pose.eye) ? link.pose : undefined;
+  const first = linked ?? (await withoutLink(scene, catalogue, buildings, terrain));
 
   const pose = new Value<Pose>(first);
   const layer = new Value<Layer>(link.layer);
@@ -227,6 +228,9 @@ export async function openStreet(
   keepSurroundings(pose, catalogue, buildings, corner);
   await terrain.around(first.eye[0], first.eye[1]);
 }
+  if (link.misplaced || (link.pose && !linked)) {
+    toast.say(TEXT.linkElsewhere);
+  }
 
 async function withoutLink(
   scene: Scene,

@@ -56,7 +56,7 @@ export const TEXT = {
   map: "Map",
   copyLink: "Copy a link to this view",
   linkCopied: "Link copied",
-  linkNotCopied: "The link is in the address bar",
+  linkElsewhere: "The link leads outside of this street. This is where it begins.",
   help: "How to move",
   close: "Close",
   zoomIn: "Zoom in",

@@ -1,7 +1,8 @@
 import { element } from "../dom";
 
-/** So long a word stays, milliseconds. */
-const STAY_MS = 2600;
+/** So long a word stays, milliseconds: at least, and for each of its letters. */
+const STAY_MS = 2000;
+const LETTER_MS = 60;
 
 /** A word in passing, which is read aloud too. */
 export class Toast {
@@ -12,7 +13,7 @@ export class Toast {
     clearTimeout(this.#timer);
     this.root.textContent = text;
     this.root.classList.add("shown");
-    this.#timer = setTimeout(() => this.clear(), STAY_MS);
+    this.#timer = setTimeout(() => this.clear(), STAY_MS + LETTER_MS * text.length);
   }
 
   clear(): void {

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { farthestView, open } from "./start";
+import { farthestView, isNear, open } from "./start";
 
 /** A street from west to east, 20 m wide, with its end 40 m to the east and 60 m to the west. */
 const STREET = {
@@ -24,5 +24,23 @@ describe("where a visit begins", () => {
   it("looks along the street", () => {
     expect(farthestView(0, 30, STREET)).toBe(270);
     expect(farthestView(-50, 30, STREET)).toBe(90);
+  });
+});
+
+describe("where a link leads", () => {
+  const corner = (x: number, y: number, z: number) =>
+    ({ $typeName: "flaneur.v1.Point3", x, y, z }) as const;
+  const bounds = {
+    $typeName: "flaneur.v1.Bounds3",
+    min: corner(650_000, 6_860_000, 30),
+    max: corner(651_000, 6_861_000, 90),
+  } as const;
+
+  it("is in the scene, or in its sight", () => {
+    expect(isNear({ bounds }, [650_500, 6_860_500, 40])).toBe(true);
+    expect(isNear({ bounds }, [660_000, 6_860_500, 2000])).toBe(true);
+    expect(isNear({ bounds }, [700_000, 6_860_500, 40])).toBe(false);
+    expect(isNear({ bounds }, [650_500, 6_860_500, -1e6])).toBe(false);
+    expect(isNear({ bounds }, [1, 2, 3])).toBe(false);
   });
 });

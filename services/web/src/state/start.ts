@@ -13,6 +13,23 @@ export const EYE_HEIGHT_M = 1.6;
 /** An open place is looked for so far, and a view is no farther, metres. */
 const FARTHEST_M = 100;
 
+/** From farther away nothing of a scene is to be seen, metres. */
+const OUT_OF_SIGHT_M = 20_000;
+
+/** Whether a place is in a scene, or near enough to see it. */
+export function isNear({ bounds }: Pick<Scene, "bounds">, place: Vector3): boolean {
+  const [min, max] = [bounds?.min, bounds?.max];
+  if (!min || !max) {
+    return true;
+  }
+  const low = [min.x, min.y, min.z];
+  const high = [max.x, max.y, max.z];
+  return place.every(
+    (value, axis) =>
+      value > (low[axis] ?? 0) - OUT_OF_SIGHT_M && value < (high[axis] ?? 0) + OUT_OF_SIGHT_M,
+  );
+}
+
 /** On narrow screens more is shown from bottom to top, so that something is seen from side to side. */
 export function firstFovDeg(width: number, height: number): number {
   return width < height ? 80 : DEFAULT_FOV_DEG;

@@ -15,6 +15,7 @@ describe("links", () => {
     expect(readLink(link)).toEqual({
       scene: "rue de l'été & co",
       pose: { ...POSE, eye: [651_507.5, 6_861_077.125, -4.6], headingDeg: 39.13 },
+      misplaced: false,
       layer: "uncertainty",
     });
     expect(readLink(writeLink("a", POSE, "hybrid")).layer).toBe("hybrid");
@@ -28,9 +29,12 @@ describe("links", () => {
   });
 
   it("that say nothing sensible say nothing", () => {
-    const nothing = { scene: undefined, pose: undefined, layer: "hybrid" };
-    for (const query of ["", "?scene=&layer=constructor", "?at=1,2&look=3", "?at=1,2,x&look=0"]) {
+    const nothing = { scene: undefined, pose: undefined, misplaced: false, layer: "hybrid" };
+    for (const query of ["", "?scene=&layer=constructor", "?look=3"]) {
       expect(readLink(query)).toEqual(nothing);
+    }
+    for (const at of ["1,2", "1,2,x", "1e300,2,3", "1,-1e10,3", "1,2,3e9", ""]) {
+      expect(readLink(`?at=${at}&look=0`)).toEqual({ ...nothing, misplaced: true });
     }
     expect(readLink("?at=1,2,3,4&look=0").pose).toBeUndefined();
     expect(readLink("?at=1,,3&look=0").pose).toBeUndefined();

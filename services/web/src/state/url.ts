@@ -5,8 +5,13 @@ import { isLayer, type Layer } from "./layer";
 export interface LinkState {
   readonly scene: string | undefined;
   readonly pose: Pose | undefined;
+  /** It says a place, but none where anyone can stand. */
+  readonly misplaced: boolean;
   readonly layer: Layer;
 }
+
+/** No CRS has places beyond that, metres. */
+const FARTHEST_M = 1e9;
 
 export const DEFAULT_FOV_DEG = 65;
 
@@ -14,9 +19,11 @@ export const DEFAULT_FOV_DEG = 65;
 export function readLink(search: string): LinkState {
   const query = new URLSearchParams(search);
   const layer = query.get("layer") ?? "";
+  const pose = readPose(query);
   return {
     scene: query.get("scene") || undefined,
-    pose: readPose(query),
+    pose,
+    misplaced: query.has("at") && !pose,
     layer: isLayer(layer) ? layer : "hybrid",
   };
 }
@@ -38,6 +45,9 @@ export function writeLink(scene: string, pose: Pose, layer: Layer): string {
 
 function readPose(query: URLSearchParams): Pose | undefined {
   const at = readNumbers(query.get("at"));
+  if (at.some((value) => Math.abs(value) > FARTHEST_M)) {
+    return undefined;
+  }
   const [headingDeg, pitchDeg = 0, fovDeg = DEFAULT_FOV_DEG] = readNumbers(query.get("look"));
   const [x, y, z] = at;
   if (x === undefined || y === undefined || z === undefined || headingDeg === undefined) {
