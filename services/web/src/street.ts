@@ -150,6 +150,7 @@ export async function openStreet(
     },
   });
   const toolbar = new Toolbar({
+    leave: () => host.focus({ preventScroll: true }),
     measure: () => measuring.toggle(),
     map: () => corner.toggle(),
     link: () => void copyLink(toast),

@@ -73,6 +73,7 @@ export const TEXT = {
     ["Enter", "act on what is in the middle"],
     ["Home", "look level"],
     ["1 to 9", "what is shown"],
+    ["Tab to the map, arrows, + −, Enter", "move and zoom the map, go to its middle"],
     ["M", "measure"],
     ["Esc", "leave"],
   ] as const,
@@ -105,7 +106,20 @@ export const TEXT = {
   },
   progress: "Loading of this view",
 
-  insetMap: "Map. Click a place to go there.",
+  insetMap:
+    "Map. Click a place to go there. Arrow keys move the map, plus and minus zoom, Enter goes to its middle, Escape leaves it.",
+  compass: [
+    "north",
+    "north-east",
+    "east",
+    "south-east",
+    "south",
+    "south-west",
+    "west",
+    "north-west",
+  ],
+  mapMiddle: (where: string, photograph: string | undefined) =>
+    `In the middle of the map: ${where}${photograph === undefined ? "" : `, photograph ${photograph}`}`,
   mapZoomIn: "Zoom the map in",
   mapZoomOut: "Zoom the map out",
   mapPlain: "A plain map: this browser has no WebGL.",

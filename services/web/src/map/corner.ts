@@ -1,6 +1,7 @@
 import { element } from "../dom";
 import type { Scene } from "../gen/flaneur/v1/scene_pb";
 import { degrees } from "../geometry/angles";
+import { tool } from "../panels/toolbar";
 import { type Catalogue, placeOf } from "../photographs/catalogue";
 import type { Value } from "../state/value";
 import { TEXT } from "../strings";
@@ -9,13 +10,16 @@ import type { Pose } from "../view/pose";
 import type { Buildings } from "./buildings";
 import { DrawnMap } from "./drawn_map";
 import { earthOf } from "./earth";
-import type { InsetMap, InsetMapEvents } from "./inset";
+import { type InsetMap, type InsetMapEvents, NEAR_PX, nearestSpot, type Spot } from "./inset";
+import { MapKeys } from "./steering";
 
 /** On narrower screens the map waits until it is asked for, CSS pixels. */
 const NARROW_PX = 640;
 
 export interface MapCornerEvents extends InsetMapEvents {
   changed(shown: boolean): void;
+  /** The keys are the street's again. */
+  leave(): void;
 }
 
 /** The place of the inset map; the map itself comes once it is shown for the first time. */
@@ -24,6 +28,10 @@ export class MapCorner {
   readonly #scene: Scene;
   readonly #pose: Value<Pose>;
   readonly #events: MapCornerEvents;
+  /** What can be focused, and holds the map. */
+  readonly #surface: HTMLElement;
+  readonly #keys: MapKeys;
+  #spots: readonly Spot[] = [];
   #map: InsetMap | undefined;
   #opened = false;
   #data: { buildings: Buildings; catalogue: Catalogue } | undefined;
@@ -33,11 +41,32 @@ export class MapCorner {
     this.#scene = scene;
     this.#pose = pose;
     this.#events = events;
-    this.root = element("section", {
-      class: "inset-map floating",
-      "aria-label": TEXT.map,
-      hidden: true,
+    this.#surface = element("div", {
+      class: "surface",
+      tabindex: 0,
+      role: "application",
+      "aria-label": TEXT.insetMap,
     });
+    this.#keys = new MapKeys(this.#surface, {
+      map: () => this.#map,
+      eye: () => pose.get().eye,
+      go: () => this.#goToMiddle(),
+      photograph: () => this.#inMiddle()?.panorama,
+      leave: events.leave,
+    });
+    this.root = element(
+      "section",
+      { class: "inset-map floating", "aria-label": TEXT.map, hidden: true },
+      this.#surface,
+      element("div", { class: "cross", "aria-hidden": "true" }),
+      element(
+        "div",
+        { class: "map-zoom" },
+        tool("plus", TEXT.mapZoomIn, () => this.#keys.nearer()),
+        tool("minus", TEXT.mapZoomOut, () => this.#keys.farther()),
+      ),
+      this.#keys.words,
+    );
     // After the page is put together, and after the street was asked for.
     setTimeout(() => {
       if (window.innerWidth >= NARROW_PX) {
@@ -76,9 +105,9 @@ export class MapCorner {
     const pose = this.#pose.get();
     try {
       const { WebGlMap } = await import("./webgl_map");
-      this.#map = new WebGlMap(this.root, earthOf(this.#scene), pose, this.#events);
+      this.#map = new WebGlMap(this.#surface, earthOf(this.#scene), pose, this.#events);
     } catch {
-      this.#map = new DrawnMap(this.root, pose, this.#events);
+      this.#map = new DrawnMap(this.#surface, pose, this.#events);
     }
     this.#fill();
     this.#map.follow(this.#pose.get(), this.#widthDeg);
@@ -86,11 +115,25 @@ export class MapCorner {
 
   #fill(): void {
     if (this.#data) {
-      const spots = [...this.#data.catalogue.all].map((panorama) => ({
+      this.#spots = [...this.#data.catalogue.all].map((panorama) => ({
         panorama: panorama.id,
         place: placeOf(panorama),
       }));
-      this.#map?.draw(this.#data.buildings.all, spots);
+      this.#map?.draw(this.#data.buildings.all, this.#spots);
+    }
+  }
+
+  #inMiddle(): Spot | undefined {
+    const map = this.#map;
+    return map && nearestSpot(this.#spots, ...map.centre, NEAR_PX * map.metresPerPixel);
+  }
+
+  #goToMiddle(): void {
+    const spot = this.#inMiddle();
+    if (spot) {
+      this.#events.goToPhotograph(spot.panorama);
+    } else if (this.#map) {
+      this.#events.go(...this.#map.centre);
     }
   }
 }

@@ -3,18 +3,23 @@ import { clamp } from "../geometry/angles";
 import { TEXT } from "../strings";
 import type { Pose } from "../view/pose";
 import type { Outline } from "./buildings";
-import { conePath, type InsetMap, type InsetMapEvents, type Spot } from "./inset";
+import {
+  conePath,
+  type InsetMap,
+  type InsetMapEvents,
+  NEAR_PX,
+  nearestSpot,
+  type Spot,
+} from "./inset";
 
 /** What the map shows from side to side, metres. */
 const FIRST_WIDTH_M = 140;
 const NARROWEST_M = 20;
 const WIDEST_M = 4000;
-/** The box's own units. */
+/** The box's own units, about pixels. */
 const SIZE = 240;
-/** A click is meant for a photograph that is so near, units. */
-const NEAR = 8;
 
-/** A plain map for browsers without WebGL: grid north is up, and one is always in its middle. */
+/** A plain map for browsers without WebGL: grid north is up, and whoever walks is in its middle. */
 export class DrawnMap implements InsetMap {
   readonly root: HTMLElement;
   readonly #scene = svg("g");
@@ -24,12 +29,14 @@ export class DrawnMap implements InsetMap {
   readonly #here = svg("g", { class: "here" });
   #origin: readonly [number, number];
   #pose: Pose;
+  #centre: readonly [number, number];
   #widthM = FIRST_WIDTH_M;
   #places: readonly Spot[] = [];
 
   constructor(box: HTMLElement, pose: Pose, events: InsetMapEvents) {
     this.#pose = pose;
     this.#origin = [pose.eye[0], pose.eye[1]];
+    this.#centre = this.#origin;
     this.#here.append(this.#cone, svg("circle", { r: 6 }));
     this.#scene.append(this.#shapes, this.#spots);
     const half = SIZE / 2;
@@ -38,8 +45,7 @@ export class DrawnMap implements InsetMap {
       {
         viewBox: `${-half} ${-half} ${SIZE} ${SIZE}`,
         preserveAspectRatio: "xMidYMid slice",
-        role: "img",
-        "aria-label": TEXT.insetMap,
+        "aria-hidden": "true",
       },
       this.#scene,
       this.#here,
@@ -53,11 +59,9 @@ export class DrawnMap implements InsetMap {
         return;
       }
       const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse());
-      const metres = this.#widthM / SIZE;
-      const [x, y] = [this.#pose.eye[0] + at.x * metres, this.#pose.eye[1] - at.y * metres];
-      const near = this.#places.find(
-        ({ place }) => Math.hypot(place[0] - x, place[1] - y) < NEAR * metres,
-      );
+      const metres = this.metresPerPixel;
+      const [x, y] = [this.#centre[0] + at.x * metres, this.#centre[1] - at.y * metres];
+      const near = nearestSpot(this.#places, x, y, NEAR_PX * metres);
       if (near) {
         events.goToPhotograph(near.panorama);
       } else {
@@ -68,9 +72,7 @@ export class DrawnMap implements InsetMap {
       "wheel",
       (event) => {
         event.preventDefault();
-        const factor = Math.exp(clamp(event.deltaY, -300, 300) * 0.002);
-        this.#widthM = clamp(this.#widthM * factor, NARROWEST_M, WIDEST_M);
-        this.#place();
+        this.zoom(Math.exp(-clamp(event.deltaY, -300, 300) * 0.002));
       },
       { passive: false },
     );
@@ -95,7 +97,30 @@ export class DrawnMap implements InsetMap {
     this.#place();
   }
 
+  get centre(): readonly [number, number] {
+    return this.#centre;
+  }
+
+  get metresPerPixel(): number {
+    return this.#widthM / SIZE;
+  }
+
+  pan(right: number, down: number): void {
+    const [x, y] = this.#centre;
+    this.#centre = [x + right * this.metresPerPixel, y - down * this.metresPerPixel];
+    this.#place();
+  }
+
+  zoom(factor: number): void {
+    this.#widthM = clamp(this.#widthM / factor, NARROWEST_M, WIDEST_M);
+    this.#place();
+  }
+
   follow(pose: Pose, widthDeg: number): void {
+    const [x, y] = pose.eye;
+    if (this.#pose.eye[0] !== x || this.#pose.eye[1] !== y) {
+      this.#centre = [x, y];
+    }
     this.#pose = pose;
     this.#cone.setAttribute("d", conePath(widthDeg));
     this.#place();
@@ -107,8 +132,11 @@ export class DrawnMap implements InsetMap {
 
   #place(): void {
     const scale = SIZE / this.#widthM;
-    const [dx, dy] = [this.#origin[0] - this.#pose.eye[0], this.#pose.eye[1] - this.#origin[1]];
+    const [x, y] = this.#centre;
+    const [dx, dy] = [this.#origin[0] - x, y - this.#origin[1]];
     this.#scene.setAttribute("transform", `scale(${scale}) translate(${dx} ${dy})`);
-    this.#here.setAttribute("transform", `rotate(${this.#pose.headingDeg})`);
+    const [u, v] = [scale * (this.#pose.eye[0] - x), scale * (y - this.#pose.eye[1])];
+    const turned = `translate(${u} ${v}) rotate(${this.#pose.headingDeg})`;
+    this.#here.setAttribute("transform", turned);
   }
 }

@@ -15,8 +15,36 @@ export interface InsetMap {
   draw(buildings: Iterable<readonly Outline[]>, spots: readonly Spot[]): void;
   /** Where one is and looks, and how wide one sees from side to side, degrees. */
   follow(pose: Pose, widthDeg: number): void;
+  /** What is in its middle, in plan. */
+  readonly centre: readonly [number, number];
+  /** Metres that a pixel of it is wide, about. */
+  readonly metresPerPixel: number;
+  /** Shows what is so many pixels to the right and below. */
+  pan(right: number, down: number): void;
+  /** Shows so much less, > 1, or more, < 1. */
+  zoom(factor: number): void;
   /** After its box has changed. */
   resized(): void;
+}
+
+/** A click, or the map's middle, is meant for a photograph that is so near, pixels. */
+export const NEAR_PX = 8;
+
+/** The photograph that is nearest to a place in plan, not farther than so many metres. */
+export function nearestSpot(
+  spots: readonly Spot[],
+  x: number,
+  y: number,
+  withinM: number,
+): Spot | undefined {
+  let best: { spot: Spot; metres: number } | undefined;
+  for (const spot of spots) {
+    const metres = Math.hypot(spot.place[0] - x, spot.place[1] - y);
+    if (metres <= withinM && (!best || metres < best.metres)) {
+      best = { spot, metres };
+    }
+  }
+  return best?.spot;
 }
 
 /** What a click on the map does. */

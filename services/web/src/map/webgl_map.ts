@@ -7,11 +7,9 @@ import { TEXT } from "../strings";
 import type { Pose } from "../view/pose";
 import type { Outline } from "./buildings";
 import type { Earth, LngLat } from "./earth";
-import { conePath, type InsetMap, type InsetMapEvents, type Spot } from "./inset";
+import { conePath, type InsetMap, type InsetMapEvents, NEAR_PX, type Spot } from "./inset";
 
 const FIRST_ZOOM = 17.5;
-/** A finger is so wide, pixels. */
-const NEAR_PX = 7;
 /** The map goes along once one is so near to its border, as a part of its size. */
 const BORDER = 0.22;
 
@@ -46,19 +44,18 @@ export class WebGlMap implements InsetMap {
         touchPitch: false,
         pitchWithRotate: false,
         fadeDuration: 0,
-        // Labels of the buttons, and of the map itself.
-        locale: {
-          "Map.Title": TEXT.insetMap,
-          "NavigationControl.ZoomIn": TEXT.mapZoomIn,
-          "NavigationControl.ZoomOut": TEXT.mapZoomOut,
-        },
+        // The corner has keys and buttons for any map.
+        keyboard: false,
       });
     } catch (error) {
       this.root.remove();
       throw error;
     }
     this.#map.touchZoomRotate.disableRotation();
-    this.#map.addControl(new maplibre.NavigationControl({ showCompass: false }), "top-right");
+    // What can be focused is the box around it, which says what it is.
+    const canvas = this.#map.getCanvas();
+    canvas.tabIndex = -1;
+    canvas.setAttribute("aria-hidden", "true");
     const shape = svg(
       "svg",
       { class: "here", viewBox: "-60 -60 120 120", width: 120, height: 120 },
@@ -139,6 +136,27 @@ export class WebGlMap implements InsetMap {
       const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
       this.#map.easeTo({ center: here, duration: still ? 0 : 400 });
     }
+  }
+
+  get centre(): readonly [number, number] {
+    const { lng, lat } = this.#map.getCenter();
+    return this.#earth.toScene([lng, lat]);
+  }
+
+  get metresPerPixel(): number {
+    const { x, y } = this.#map.project(this.#map.getCenter());
+    const { lng, lat } = this.#map.unproject([x + 1, y]);
+    const [u, v] = this.centre;
+    const [p, q] = this.#earth.toScene([lng, lat]);
+    return Math.hypot(p - u, q - v);
+  }
+
+  pan(right: number, down: number): void {
+    this.#map.panBy([right, down], { duration: 0 });
+  }
+
+  zoom(factor: number): void {
+    this.#map.zoomTo(this.#map.getZoom() + Math.log2(factor), { duration: 0 });
   }
 
   resized(): void {

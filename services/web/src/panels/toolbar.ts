@@ -46,7 +46,8 @@ export function zoomButtons(zoom: (factor: number) => void): HTMLElement {
   return element("div", { class: "zoom floating" }, nearer, farther);
 }
 
-function tool(name: Icon, label: string, act: () => void): HTMLButtonElement {
+/** A button with an icon. */
+export function tool(name: Icon, label: string, act: () => void): HTMLButtonElement {
   const button = element("button", { type: "button", "aria-label": label, title: label });
   button.append(icon(name));
   button.addEventListener("click", act);
