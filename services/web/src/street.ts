@@ -13,6 +13,8 @@ import { Terrain } from "./ground/terrain";
 import { Buildings } from "./map/buildings";
 import { MapCorner } from "./map/corner";
 import { Measuring } from "./measure/measuring";
+import { referenceOf } from "./measure/reference";
+import { copyText } from "./panels/copy";
 import { helpDialog } from "./panels/help";
 import { layerLegend, layerSwitches } from "./panels/layers";
 import { sceneSwitch } from "./panels/scenes";
@@ -283,8 +285,7 @@ function followLink(scene: string, pose: Value<Pose>, layer: Value<Layer>): void
 }
 
 async function copyLink(toast: Toast): Promise<void> {
-  try {
-    await navigator.clipboard.writeText(location.href);
+  if (await copyText(location.href)) {
     toast.say(TEXT.linkCopied);
   } catch {
     toast.say(TEXT.linkNotCopied);

@@ -146,6 +146,9 @@ export const TEXT = {
   lidarExact: "Point as stored",
   gpsTime: "GPS time",
   ground: "terrain",
+  copyField: "To be copied",
+  copyByHand:
+    "This address is not encrypted (http), so the browser lets no page copy. The text is selected: copy it with Ctrl C or ⌘ C, or hold a finger on it.",
   wall: (footprint: string) => `wall of building ${footprint}`,
   roof: (footprint: string) => `roof of building ${footprint}`,
   uncertainty: "Uncertainty",
