@@ -70,6 +70,107 @@ test("the map leads through the street, and follows", async ({ server, walker, k
   await keep("map");
 });
 
+/** Goes a way to the north by the keys of the map alone. */
+async function leadsByKeys(walker: Walker): Promise<void> {
+  const { page } = walker;
+  const map = page.getByRole("application", { name: /^Map\./ });
+  const start = await walker.pose();
+  await expect(async () => {
+    await page.keyboard.press("Tab");
+    await expect(map).toBeFocused({ timeout: 50 });
+  }).toPass();
+  for (const key of ["+", "ArrowUp", "ArrowUp", "ArrowUp", "ArrowRight"]) {
+    await page.keyboard.press(key);
+  }
+  await expect(page.locator(".inset-map .cross")).toHaveCSS("opacity", "1");
+  // What lies in the middle is said.
+  await expect(page.locator(".inset-map [role=status]")).toHaveText(
+    /^In the middle of the map: \d.* m north(-east)? away/,
+  );
+  await page.keyboard.press("Enter");
+  await expect.poll(async () => (await walker.pose()).eye[1]).toBeGreaterThan(start.eye[1] + 5);
+  await walker.sees("final");
+  expect((await walker.pose()).headingDeg).toBe(start.headingDeg);
+  // The arrows are the street's again.
+  await page.keyboard.press("Escape");
+  await expect(walker.stage).toBeFocused();
+}
+
+test("the map can be used by keys alone", async ({ server, walker, keep }) => {
+  await walker.open(server.url);
+  await expect(walker.page.locator(".inset-map canvas")).toBeVisible();
+  await leadsByKeys(walker);
+  await walker.page.keyboard.press("Shift+Tab");
+  await keep("map_by_keys");
+});
+
+test("a tap of a key is a step, however short", async ({ server, walker }) => {
+  await walker.open(server.url);
+  const before = await walker.pose();
+  // Down and up again before the screen is drawn.
+  await walker.stage.evaluate((stage) => {
+    for (const type of ["keydown", "keyup"]) {
+      stage.dispatchEvent(new KeyboardEvent(type, { code: "KeyW", key: "w", bubbles: true }));
+    }
+  });
+  const gone = async () => distance((await walker.pose()).eye, before.eye);
+  await expect.poll(gone).toBeGreaterThan(0.04);
+  expect(await gone()).toBeLessThan(0.6);
+  await walker.sees("final");
+});
+
+test("where the browser lets no page copy, the link can be copied by hand", async ({
+  server,
+  walker,
+  keep,
+}) => {
+  const { page } = walker;
+  // As on plain http away from this machine.
+  await page.addInitScript(() =>
+    Object.defineProperty(navigator, "clipboard", { value: undefined }),
+  );
+  await walker.open(server.url);
+  await walker.pose();
+  await page.getByRole("button", { name: "Copy a link" }).click();
+  const field = page.getByRole("textbox", { name: "To be copied" });
+  await expect(field).toBeFocused();
+  await expect(field).toHaveValue(page.url());
+  const selected = () =>
+    field.evaluate((area: HTMLTextAreaElement) =>
+      area.value.slice(area.selectionStart, area.selectionEnd),
+    );
+  expect(await selected()).toBe(page.url());
+  await keep("copied_by_hand");
+  await page.keyboard.press("Control+c");
+  await expect(field).toHaveCount(0);
+});
+
+test("a link to nowhere leads to the street's beginning, and says so", async ({
+  server,
+  walker,
+}) => {
+  for (const at of ["1e300,6861077,44", "0,0,0"]) {
+    await walker.open(`${server.url}/?scene=sample&at=${at}&look=39`);
+    await expect(walker.page.getByText("leads outside of this street")).toBeVisible();
+    const { eye } = await walker.pose();
+    expect(eye[0]).toBeGreaterThan(650_000);
+    expect(walker.page.url().length).toBeLessThan(160);
+  }
+});
+
+test("the page has its usual address, too, and what is not there is not found", async ({
+  server,
+  request,
+}) => {
+  const page = await request.get(`${server.url}/`);
+  const index = await request.get(`${server.url}/index.html`);
+  expect(await index.text()).toBe(await page.text());
+  expect(index.headers()["content-type"]).toContain("text/html");
+  for (const path of ["/assets/gone.js", "/favicon.ico", "/street/a"]) {
+    expect((await request.get(server.url + path)).status(), path).toBe(404);
+  }
+});
+
 test("works on a narrow screen, and with fingers", async ({ server, browser }) => {
   const context = await browser.newContext({
     viewport: { width: 360, height: 740 },
@@ -174,9 +275,10 @@ test("without WebGL the street works, and the map is a plain one", async ({
     } as typeof original;
   });
   await walker.open(server.url);
-  await expect(walker.page.getByRole("img", { name: "Map. Click" })).toBeVisible();
+  await expect(walker.page.locator(".inset-map .drawn svg")).toBeVisible();
   expect((await walker.colours()).spread).toBeGreaterThan(20);
   await keep("without_webgl");
+  await leadsByKeys(walker);
 });
 
 test("without JavaScript the page says what is needed", async ({ server, browser }) => {
