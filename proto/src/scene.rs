@@ -1,6 +1,6 @@
 //! Scenes at a glance.
 
-use flaneur_scene::{Bounds3, GroundLayout, OctreeCube, PointSource, SceneInfo};
+use flaneur_scene::{Bounds3, GpsTimeKind, GroundLayout, OctreeCube, PointSource, SceneInfo};
 
 use crate::error::{FieldError, finite, name, positive, required};
 use crate::geometry::point3;
@@ -29,6 +29,7 @@ impl From<SceneInfo> for v1::Scene {
             point_sources: info.point_sources.into_iter().map(v1::PointSource::from).collect(),
             version: info.version,
             geographic: None,
+            crs_name: String::new(),
         }
     }
 }
@@ -87,6 +88,7 @@ impl From<PointSource> for v1::PointSource {
             offset: Some(source.offset.into()),
             laszip_vlr: source.laszip_vlr.into(),
             extra_bytes_vlr: source.extra_bytes_vlr.into(),
+            gps_time_kind: v1::GpsTimeKind::from(source.gps_time).into(),
         }
     }
 }
@@ -117,6 +119,7 @@ impl TryFrom<v1::PointSource> for PointSource {
         for (field, value) in [("scale.x", scale.x), ("scale.y", scale.y), ("scale.z", scale.z)] {
             positive(field, value)?;
         }
+        let gps_time = message.gps_time_kind().into();
         Ok(Self {
             name: name("name", message.name)?,
             point_count: message.point_count,
@@ -131,8 +134,29 @@ impl TryFrom<v1::PointSource> for PointSource {
             scale,
             offset: point3("offset", message.offset)?,
             laszip_vlr: message.laszip_vlr.into(),
+            gps_time,
             extra_bytes_vlr: message.extra_bytes_vlr.into(),
         })
+    }
+}
+
+impl From<GpsTimeKind> for v1::GpsTimeKind {
+    fn from(kind: GpsTimeKind) -> Self {
+        match kind {
+            GpsTimeKind::Unknown => Self::Unspecified,
+            GpsTimeKind::Week => Self::Week,
+            GpsTimeKind::Adjusted => Self::Adjusted,
+        }
+    }
+}
+
+impl From<v1::GpsTimeKind> for GpsTimeKind {
+    fn from(kind: v1::GpsTimeKind) -> Self {
+        match kind {
+            v1::GpsTimeKind::Unspecified => Self::Unknown,
+            v1::GpsTimeKind::Week => Self::Week,
+            v1::GpsTimeKind::Adjusted => Self::Adjusted,
+        }
     }
 }
 
@@ -176,6 +200,7 @@ mod tests {
             offset: DVec3::new(651_000.0, 6.86e6, 0.0),
             laszip_vlr: vec![3, 0, 0],
             extra_bytes_vlr: vec![],
+            gps_time: GpsTimeKind::Adjusted,
         }
     }
 
@@ -239,10 +264,13 @@ mod tests {
             size in prop::array::uniform3(0.0..1e5f64),
             vlr in prop::collection::vec(any::<u8>(), 0..200),
             sources in 0usize..4, has_ground in any::<bool>(), placed in any::<bool>(),
+            gps_time in prop::sample::select(
+                vec![GpsTimeKind::Unknown, GpsTimeKind::Week, GpsTimeKind::Adjusted],
+            ),
         ) {
             let min = DVec3::from_array(corner);
             let bounds = Bounds3 { min, max: min + DVec3::from_array(size) };
-            let source = PointSource { bounds, laszip_vlr: vlr, ..example_source() };
+            let source = PointSource { bounds, gps_time, laszip_vlr: vlr, ..example_source() };
             let info = SceneInfo {
                 footprints: counts[0], panoramas: counts[1], images: counts[2],
                 bounds, ground: has_ground.then(layout),

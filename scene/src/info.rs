@@ -55,4 +55,20 @@ pub struct PointSource {
     pub laszip_vlr: Vec<u8>,
     /// Payload of the extra-bytes VLR, empty where there is none.
     pub extra_bytes_vlr: Vec<u8>,
+    /// What the points' GPS times count from, as the survey declares it.
+    #[serde(default)]
+    pub gps_time: GpsTimeKind,
+}
+
+/// What GPS times count from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GpsTimeKind {
+    /// It was not kept: the scene was made by an older program.
+    #[default]
+    Unknown,
+    /// From the beginning of a GPS week, Sunday 0:00 of GPS time; nobody says of which.
+    Week,
+    /// Adjusted standard GPS time: seconds since the GPS epoch, less 10^9.
+    Adjusted,
 }

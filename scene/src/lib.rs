@@ -40,7 +40,7 @@ pub use extrude::{extrude_footprints, triangulate_ground};
 pub use footprint::{Footprint, Polygon};
 pub use ground::{GroundLayout, GroundTile};
 pub use ids::{IdError, ImageId};
-pub use info::{PointSource, SceneInfo};
+pub use info::{GpsTimeKind, PointSource, SceneInfo};
 pub use mesh::{MeshTile, MeshVertex, SurfaceClass, TileKey, TileLayer};
 pub use octree::{Node, NodeKey, OctreeCube};
 pub use orientation::{heading_pitch_roll, world_from_rig};

@@ -29,6 +29,7 @@ enum Kind {
 struct Projected {
     code: u16,
     definition: &'static str,
+    name: &'static str,
     grid: Proj,
     /// Longitude and latitude on the ellipsoid of `grid`, without change of datum.
     geographic: Proj,
@@ -153,6 +154,14 @@ impl Crs {
         }
     }
 
+    /// What people call it, as in `RGF93 / Lambert-93`; `None` for a local CRS.
+    pub fn name(&self) -> Option<&'static str> {
+        match &self.0 {
+            Kind::Projected(projected) => Some(projected.name),
+            Kind::Local { .. } => None,
+        }
+    }
+
     /// Whether `code` names a CRS with the same plan coordinates: this one, or one that adds a
     /// vertical datum to it, as EPSG:7415 does to EPSG:28992.
     pub fn has_plan_of(&self, code: u32) -> bool {
@@ -241,10 +250,11 @@ pub fn epsg_code(name: &str) -> Option<u32> {
 
 impl Projected {
     fn new(code: u32) -> Result<Self, CrsError> {
-        let (short, definition) = u16::try_from(code)
+        let (short, known) = u16::try_from(code)
             .ok()
-            .and_then(|short| Some((short, crs_definitions::from_code(short)?.proj4)))
+            .and_then(|short| Some((short, crs_definitions::from_code(short)?)))
             .ok_or(CrsError::Unknown { code })?;
+        let definition = known.proj4;
         let unsupported = |error: proj4rs::errors::Error| CrsError::Unsupported {
             code,
             reason: error.to_string(),
@@ -269,7 +279,9 @@ impl Projected {
             .map_err(unsupported)?;
         let wgs84 =
             Proj::from_proj_string("+proj=longlat +datum=WGS84 +no_defs").map_err(unsupported)?;
-        Ok(Self { code: short, definition, grid, geographic, wgs84 })
+        // In WKT the name is the first text in quotes.
+        let name = known.wkt.split('"').nth(1).unwrap_or_default();
+        Ok(Self { code: short, definition, name, grid, geographic, wgs84 })
     }
 
     fn out_of_range(&self, at: DVec2, error: &proj4rs::errors::Error) -> CrsError {

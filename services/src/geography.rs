@@ -17,6 +17,12 @@ pub(crate) fn position(scene: &SceneInfo, place: DVec3) -> Option<v1::Geographic
     Some(v1::GeographicPosition { latitude_deg, longitude_deg, height_m })
 }
 
+/// What people call the scene's CRS; empty where it has no name.
+pub(crate) fn crs_name(scene: &SceneInfo) -> String {
+    let crs = Crs::parse(&scene.crs, scene.geographic_origin).ok();
+    crs.and_then(|crs| crs.name()).unwrap_or_default().to_owned()
+}
+
 /// The same around the scene's origin, to first order: position and central differences.
 pub(crate) fn frame(scene: &SceneInfo) -> Option<v1::GeographicFrame> {
     let derivative = |axis: DVec3| {
@@ -80,6 +86,15 @@ mod tests {
             );
             assert!(error_m < 0.5, "{error_m} m after {step}");
         }
+    }
+
+    #[test]
+    fn people_have_names_for_crs() {
+        let name = |crs| crs_name(&scene(crs, DVec3::ZERO));
+        assert_eq!(name("EPSG:2154"), "RGF93 / Lambert-93");
+        assert_eq!(name("EPSG:28992"), "Amersfoort / RD New");
+        assert_eq!(name("EPSG:7415"), "Amersfoort / RD New + NAP height");
+        assert_eq!((name("local"), name("EPSG:1")), (String::new(), String::new()));
     }
 
     #[test]

@@ -11,6 +11,7 @@
 mod cache;
 pub mod crs;
 mod geography;
+mod gps_time;
 pub mod grpc;
 pub mod ingest;
 pub mod layers;

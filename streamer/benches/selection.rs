@@ -5,7 +5,9 @@
 use std::collections::BTreeSet;
 use std::time::Instant;
 
-use flaneur_scene::{Bounds3, Node, NodeKey, OctreeCube, PointNodeId, PointSource, View};
+use flaneur_scene::{
+    Bounds3, GpsTimeKind, Node, NodeKey, OctreeCube, PointNodeId, PointSource, View,
+};
 use flaneur_streamer::{FetchLimits, Hierarchy, HierarchyEntry, ViewRequest, choose_nodes};
 use glam::{DVec3, UVec2};
 
@@ -63,6 +65,7 @@ fn street() -> PointSource {
         offset: DVec3::ZERO,
         laszip_vlr: Vec::new(),
         extra_bytes_vlr: Vec::new(),
+        gps_time: GpsTimeKind::Week,
     }
 }
 

@@ -94,6 +94,10 @@ async fn a_click_finds_what_was_surveyed_there() {
                     let at = DVec3::try_from(point.position.expect("set")).expect("finite");
                     assert!(points.contains(&millimetres(at)), "{at} is no point of the survey");
                     assert!(at.distance(position) < 1.0, "{at} {position}");
+                    // The drive was on a morning of May; its files count adjusted seconds.
+                    assert_eq!(point.gps_time_kind(), v1::GpsTimeKind::Adjusted);
+                    assert!((point.gps_time - 399_712_818.0).abs() < 600.0, "{point:?}");
+                    assert!(point.time.starts_with("2024-05-14T09:0"), "{point:?}");
                     of_points += 1;
                 }
                 v1::place::Surface::Mesh(mesh) => {

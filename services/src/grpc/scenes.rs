@@ -31,7 +31,11 @@ impl v1::scene_service_server::SceneService for Services {
 
 fn described(scene: &Scene) -> v1::Scene {
     let info = &scene.manifest.scene;
-    v1::Scene { geographic: geography::frame(info), ..info.clone().into() }
+    v1::Scene {
+        geographic: geography::frame(info),
+        crs_name: geography::crs_name(info),
+        ..info.clone().into()
+    }
 }
 
 fn checked<M: Message>(message: M, what: &str) -> Result<Response<M>, Status> {

@@ -15,7 +15,7 @@ use super::refuse;
 use super::scenes::OpenScene;
 use super::stage::Found;
 use super::wanted::Wanted;
-use crate::geography;
+use crate::{geography, gps_time};
 
 /// A surveyed point is this near to the place that a picture shows of its disc, at most, metres.
 const REACH_M: f64 = 1.0;
@@ -49,6 +49,8 @@ pub(super) async fn place(
                     classification: point.class.into(),
                     intensity: point.intensity.into(),
                     gps_time: point.gps_time_s,
+                    gps_time_kind: v1::GpsTimeKind::from(point.gps_time_kind).into(),
+                    time: gps_time::utc(point.gps_time_kind, point.gps_time_s).unwrap_or_default(),
                 })
             })
         }

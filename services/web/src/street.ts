@@ -116,7 +116,7 @@ export async function openStreet(
     visit.go(place ? lookingAt(there, positionOf(place)) : there);
   };
   const photographs = new PhotographDialog(clients.panoramas, scene.name, catalogue, stand);
-  const measuring = new Measuring(stage, {
+  const measuring = new Measuring(stage, referenceOf(scene), {
     open: (sight, place) => void photographs.open(sight, place),
     changed: (on) => {
       toolbar.measuring = on;
@@ -150,9 +150,9 @@ export async function openStreet(
     changed: (shown) => {
       toolbar.mapShown = shown;
     },
+    leave: () => host.focus({ preventScroll: true }),
   });
   const toolbar = new Toolbar({
-    leave: () => host.focus({ preventScroll: true }),
     measure: () => measuring.toggle(),
     map: () => corner.toggle(),
     link: () => void copyLink(toast),
@@ -228,12 +228,12 @@ export async function openStreet(
   });
   host.focus({ preventScroll: true });
 
-  keepSurroundings(pose, catalogue, buildings, corner);
-  await terrain.around(first.eye[0], first.eye[1]);
-}
   if (link.misplaced || (link.pose && !linked)) {
     toast.say(TEXT.linkElsewhere);
   }
+  keepSurroundings(pose, catalogue, buildings, corner);
+  await terrain.around(first.eye[0], first.eye[1]);
+}
 
 async function withoutLink(
   scene: Scene,
@@ -287,8 +287,6 @@ function followLink(scene: string, pose: Value<Pose>, layer: Value<Layer>): void
 async function copyLink(toast: Toast): Promise<void> {
   if (await copyText(location.href)) {
     toast.say(TEXT.linkCopied);
-  } catch {
-    toast.say(TEXT.linkNotCopied);
   }
 }
 

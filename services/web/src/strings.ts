@@ -137,18 +137,31 @@ export const TEXT = {
   vertical: "vertical",
   place: (letter: string) => `Place ${letter}`,
   position: "Position",
+  axes: "east, north, height in metres",
+  localFrame: "the survey's own metres (local)",
+  localFrameAt: (latitude: string, longitude: string) =>
+    `metres from ${latitude}, ${longitude} (WGS84), level there (local)`,
   geographic: "WGS84",
+  geographicAxes: "latitude, longitude in degrees",
   notGeographic: "not tied to the Earth",
   copy: "Copy",
   copied: "Copied",
-  surface: "Measured on",
-  lidarPoint: (source: string, klass: string) => `lidar point of ${source}, ${klass}`,
-  lidarExact: "Point as stored",
-  gpsTime: "GPS time",
-  ground: "terrain",
   copyField: "To be copied",
   copyByHand:
     "This address is not encrypted (http), so the browser lets no page copy. The text is selected: copy it with Ctrl C or ⌘ C, or hold a finger on it.",
+  surface: "Measured on",
+  lidarPoint: (source: string) => `lidar point of ${source}`,
+  lidarExact: "Point as stored",
+  gpsTime: "Measured at",
+  untimed: "the survey has no times",
+  days: ["Sunday", "Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday"],
+  adjustedTime: (stored: string) => `adjusted standard GPS time ${stored}`,
+  adjustedWithoutDate: "declared as adjusted standard GPS time, of which no date follows",
+  weekTime: (stored: string) =>
+    `GPS week time ${stored}; the survey does not say of which week, so there is no date`,
+  noWeekTime: "declared as GPS week time, which it is not; no date follows",
+  unknownTime: "of an older store, which does not say what it counts from: ingest the survey again",
+  ground: "terrain",
   wall: (footprint: string) => `wall of building ${footprint}`,
   roof: (footprint: string) => `roof of building ${footprint}`,
   uncertainty: "Uncertainty",
@@ -169,21 +182,3 @@ export const TEXT = {
 
   failed: (reason: string) => `This street cannot be opened: ${reason}`,
 } as const;
-
-/** Classes of LAS 1.4 that surveys of streets use. */
-const LAS_CLASSES: Readonly<Record<number, string>> = {
-  1: "unclassified",
-  2: "ground",
-  3: "low vegetation",
-  4: "vegetation",
-  5: "high vegetation",
-  6: "building",
-  7: "noise",
-  9: "water",
-  11: "road",
-  17: "bridge",
-};
-
-export function lasClass(code: number): string {
-  return LAS_CLASSES[code] ?? `class ${code}`;
-}

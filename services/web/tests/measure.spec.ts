@@ -38,6 +38,7 @@ test("measures between places of the street, as they truly are", async ({
   for (const row of ["Measured on", "Uncertainty", "Photograph"]) {
     await expect(panel.getByText(row, { exact: true }).first()).toBeVisible();
   }
+  await expect(panel).toContainText("RGF93 / Lambert-93 (EPSG:2154)");
   await walker.click(to.at);
   const figure = panel.locator("[data-figure=distance]");
   await expect(figure).toBeVisible();
@@ -61,4 +62,38 @@ test("measures between places of the street, as they truly are", async ({
   await keep("photograph");
   await page.keyboard.press("Escape");
   await expect(dialog).toBeHidden();
+});
+
+test("says of a lidar point what class it has, and when it was measured", async ({
+  server,
+  walker,
+  keep,
+}) => {
+  const { page } = walker;
+  const road = findPixels(trueViews(), ({ place, up }, view) => {
+    return up > 0.95 && planDistance(place, view.pose.eye) < 12;
+  });
+  const [first] = road;
+  if (!first) {
+    throw new Error("no view shows the road");
+  }
+  const at = road.filter(({ view }) => view === first.view);
+  await walker.open(linkTo(server.url, first.view.pose));
+  await page.getByRole("button", { name: "Measure" }).click();
+  const panel = page.getByRole("region", { name: "Measure" });
+  // Between the points the road is known from the terrain.
+  const moment = panel.locator("[data-figure=moment]").first();
+  for (const place of at.slice(0, 30)) {
+    await walker.click(place.at);
+    await expect(panel.getByText("WGS84").first()).toBeVisible();
+    await expect(panel.getByText("Asking")).toHaveCount(0);
+    if (await moment.isVisible()) {
+      break;
+    }
+    await panel.getByRole("button", { name: "Clear" }).click();
+  }
+  await expect(moment).toHaveText(/^2024-05-14 09:0\d:\d\d(\.\d{3})? UTC$/);
+  await expect(panel).toContainText("adjusted standard GPS time");
+  await expect(panel).toContainText(/ground, class 2|road surface, class 11/);
+  await keep("lidar_point");
 });

@@ -1,6 +1,6 @@
 //! Points as they were surveyed, for those who measure.
 
-use flaneur_scene::{Node, PointSource};
+use flaneur_scene::{GpsTimeKind, Node, PointSource};
 use glam::{DVec3, IVec3};
 
 use super::damaged;
@@ -19,8 +19,10 @@ pub struct SurveyedPoint {
     pub class: u8,
     /// Intensity of the return.
     pub intensity: u16,
-    /// Seconds, in the time system of the survey's file; 0 where it has none.
+    /// Seconds, as they are stored; 0 where the survey has no times.
     pub gps_time_s: f64,
+    /// What they count from.
+    pub gps_time_kind: GpsTimeKind,
 }
 
 /// The point of a node that is nearest to `place` (world), from the LAZ bytes of its chunk; `None`
@@ -50,6 +52,7 @@ pub(crate) fn nearest_point(
                 class: record[CLASS],
                 intensity: u16_at(record, INTENSITY),
                 gps_time_s: f64_at(record, GPS_TIME),
+                gps_time_kind: source.gps_time,
             };
             nearest = Some((distance_2, point));
         }

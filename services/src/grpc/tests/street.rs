@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use flaneur_scene::{
-    Bounds3, Footprint, Intrinsics, Lens, Mask, OctreeCube, Panorama, PointSource, Polygon,
-    Projection, RigCamera, Station, StoredImage, world_from_rig,
+    Bounds3, Footprint, GpsTimeKind, Intrinsics, Lens, Mask, OctreeCube, Panorama, PointSource,
+    Polygon, Projection, RigCamera, Station, StoredImage, world_from_rig,
 };
 use glam::{DMat3, DVec2, DVec3, UVec2};
 use object_store::ObjectStore;
@@ -207,6 +207,7 @@ async fn put_points(folder: &SceneFolder, work: &TempDir, manifest: &mut Manifes
             offset: DVec3::ZERO,
             laszip_vlr: vec![3],
             extra_bytes_vlr: vec![],
+            gps_time: GpsTimeKind::Adjusted,
         });
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 
-use flaneur_scene::OctreeCube;
+use flaneur_scene::{GpsTimeKind, OctreeCube};
 use glam::DVec3;
 use laz::LazVlr;
 
@@ -29,7 +29,7 @@ pub(super) struct Layout {
     pub(super) extra_bytes_vlr: Vec<u8>,
     pub(super) scale: DVec3,
     pub(super) offset: DVec3,
-    pub(super) adjusted_gps_time: bool,
+    pub(super) gps_time: GpsTimeKind,
     crs: Vec<(u16, Vec<u8>)>,
 }
 
@@ -54,7 +54,10 @@ impl Layout {
             extra_bytes_vlr: conversion.extra_bytes_vlr(&file.vlrs),
             scale: file.header.scale,
             offset: file.header.offset,
-            adjusted_gps_time: file.header.global_encoding & ADJUSTED_GPS_TIME != 0,
+            gps_time: match file.header.global_encoding & ADJUSTED_GPS_TIME {
+                0 => GpsTimeKind::Week,
+                _ => GpsTimeKind::Adjusted,
+            },
             crs,
         })
     }
@@ -136,8 +139,11 @@ impl Group {
         let first = &self.files[0].header;
         CopcHeader {
             file_source_id: first.file_source_id,
-            global_encoding: if layout.adjusted_gps_time { ADJUSTED_GPS_TIME } else { 0 }
-                | if synthetic { SYNTHETIC_RETURNS } else { 0 }
+            global_encoding: if layout.gps_time == GpsTimeKind::Adjusted {
+                ADJUSTED_GPS_TIME
+            } else {
+                0
+            } | if synthetic { SYNTHETIC_RETURNS } else { 0 }
                 | if has_wkt || !has_keys { WKT } else { 0 },
             guid: first.guid,
             system_identifier: first.system_identifier,

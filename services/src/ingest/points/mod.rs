@@ -188,6 +188,7 @@ fn point_source(group: &Group, built: Built) -> Result<(PointSource, Vec<Station
         offset: header.offset,
         laszip_vlr,
         extra_bytes_vlr: group.layout.extra_bytes_vlr.clone(),
+        gps_time: group.layout.gps_time,
     };
     Ok((source, moments.stations(header.scale, header.offset)))
 }

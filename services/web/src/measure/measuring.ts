@@ -23,10 +23,11 @@ export class Measuring {
   #round = 0;
   #on = false;
 
-  constructor(stage: Stage, events: MeasuringEvents) {
+  /** `reference` says what coordinates refer to. */
+  constructor(stage: Stage, reference: string, events: MeasuringEvents) {
     this.#stage = stage;
     this.#events = events;
-    this.panel = new MeasurePanel({
+    this.panel = new MeasurePanel(reference, {
       close: () => this.close(),
       clear: () => this.#clear(),
       open: events.open,

@@ -1,8 +1,11 @@
 import { element } from "../dom";
 import { MeshSurface_Class, type Place, type Sight } from "../gen/flaneur/v1/render_pb";
 import { icon } from "../icons";
+import { copyText } from "../panels/copy";
 import { positionOf } from "../place/pick";
-import { lasClass, TEXT } from "../strings";
+import { TEXT } from "../strings";
+import { momentOf } from "./gps_time";
+import { lasClass } from "./las_class";
 import { coordinates, measure, metres, plusMinus, roughMetres, signedMetres } from "./measurement";
 
 /** What the panel leads to. */
@@ -14,11 +17,14 @@ export interface MeasurePanelEvents {
 
 /** Says where the measured places are, from what they are known, and what lies between them. */
 export class MeasurePanel {
+  readonly #reference: string;
   readonly #events: MeasurePanelEvents;
   readonly #body: HTMLElement;
   readonly root: HTMLElement;
 
-  constructor(events: MeasurePanelEvents) {
+  /** `reference` says what coordinates refer to. */
+  constructor(reference: string, events: MeasurePanelEvents) {
+    this.#reference = reference;
     this.#events = events;
     this.#body = element("div", { class: "body", "aria-live": "polite" });
     const close = element("button", { type: "button", class: "plain", "aria-label": TEXT.close });
@@ -67,18 +73,24 @@ export class MeasurePanel {
       TEXT.position,
       element("span", { class: "figures", "data-figure": "position" }, position),
       copy(position),
+      remark(`${this.#reference}: ${TEXT.axes}`),
     );
     const { geographic } = place;
     if (geographic) {
       // Its height is that of the survey, not of the ellipsoid.
       const { latitudeDeg, longitudeDeg } = geographic;
       const text = `${latitudeDeg.toFixed(8)}, ${longitudeDeg.toFixed(8)}`;
-      row(TEXT.geographic, element("span", { class: "figures" }, text), copy(text));
+      row(
+        TEXT.geographic,
+        element("span", { class: "figures" }, text),
+        copy(text),
+        remark(TEXT.geographicAxes),
+      );
     } else {
       row(TEXT.geographic, TEXT.notGeographic);
     }
-    for (const [name, value] of surfaceOf(place)) {
-      row(name, value);
+    for (const [name, ...values] of surfaceOf(place)) {
+      row(name, ...values);
     }
     const { uncertaintyM } = place;
     row(TEXT.uncertainty, uncertaintyM > 0 ? plusMinus(uncertaintyM) : TEXT.unknownUncertainty);
@@ -133,19 +145,20 @@ function distanceOf(from: Place, to: Place): HTMLElement {
 }
 
 /** From what the place is known. */
-function surfaceOf(place: Place): [string, string][] {
+function surfaceOf(place: Place): [string, ...(Node | string)[]][] {
   const { surface } = place;
   if (surface.case === "point") {
-    const { source, classification, position, gpsTime } = surface.value;
-    const rows: [string, string][] = [
-      [TEXT.surface, TEXT.lidarPoint(source, lasClass(classification))],
+    const { source, classification, position } = surface.value;
+    const rows: [string, ...(Node | string)[]][] = [
+      [TEXT.surface, TEXT.lidarPoint(source), remark(lasClass(classification))],
     ];
     if (position) {
-      rows.push([TEXT.lidarExact, coordinates([position.x, position.y, position.z])]);
+      const exact = coordinates([position.x, position.y, position.z]);
+      rows.push([TEXT.lidarExact, element("span", { class: "figures" }, exact)]);
     }
-    if (gpsTime !== 0) {
-      rows.push([TEXT.gpsTime, `${gpsTime.toFixed(6)} s`]);
-    }
+    const moment = momentOf(surface.value);
+    const figure = { class: "figures", "data-figure": "moment" };
+    rows.push([TEXT.gpsTime, element("span", figure, moment.time), remark(moment.remark)]);
     return rows;
   }
   if (surface.case === "mesh") {
@@ -171,15 +184,16 @@ function copy(text: string): HTMLElement {
   const label = { "aria-label": TEXT.copy, title: TEXT.copy };
   const button = element("button", { type: "button", class: "text copy", ...label });
   button.append(icon("copy"));
-  button.addEventListener("click", () => {
-    navigator.clipboard?.writeText(text).then(
-      () => {
-        button.replaceChildren(icon("done"));
-        button.ariaLabel = TEXT.copied;
-      },
-      // Without the right to, the figures can still be marked by hand.
-      () => button.remove(),
-    );
+  button.addEventListener("click", async () => {
+    if (await copyText(text)) {
+      button.replaceChildren(icon("done"));
+      button.ariaLabel = TEXT.copied;
+    }
   });
   return button;
+}
+
+/** What is said of a figure, below it. */
+function remark(text: string): HTMLElement {
+  return element("div", { class: "aside" }, text);
 }

@@ -1,7 +1,7 @@
 use super::super::hierarchy::is_at_or_below;
 use super::*;
 use crate::{FetchLimits, Gaze};
-use flaneur_scene::{Bounds3, OctreeCube};
+use flaneur_scene::{Bounds3, GpsTimeKind, OctreeCube};
 use glam::UVec2;
 use proptest::prelude::*;
 
@@ -17,6 +17,7 @@ fn source(centre: DVec3) -> PointSource {
         offset: centre,
         laszip_vlr: Vec::new(),
         extra_bytes_vlr: Vec::new(),
+        gps_time: GpsTimeKind::Week,
     }
 }
 

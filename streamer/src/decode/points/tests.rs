@@ -1,5 +1,5 @@
 use super::*;
-use flaneur_scene::{Bounds3, NodeKey, OctreeCube, PointStations, Station};
+use flaneur_scene::{Bounds3, GpsTimeKind, NodeKey, OctreeCube, PointStations, Station};
 use glam::DVec3;
 use laz::LazVlrBuilder;
 use laz::record::{LayeredPointRecordCompressor, RecordCompressor};
@@ -28,6 +28,7 @@ fn source() -> PointSource {
         offset: DVec3::new(651_000.0, 6_861_000.0, 0.0),
         laszip_vlr,
         extra_bytes_vlr: Vec::new(),
+        gps_time: GpsTimeKind::Week,
     }
 }
 

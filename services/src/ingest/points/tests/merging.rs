@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use flaneur_scene::GpsTimeKind;
+
 use super::Workplace;
 use super::made::{MadeFile, Random, street};
 use super::round_trip::assert_same_points;
@@ -14,8 +16,9 @@ fn files_that_differ_in_scale_or_kind_become_sources_of_their_own() {
         let raw = street(random, 3_000);
         MadeFile::new(format, extra).with_points(random, raw)
     };
-    let (a, b, mut c, d, e) = (make(0, 0), make(1, 0), make(1, 0), make(3, 0), make(1, 4));
+    let (a, b, mut c, mut d, e) = (make(0, 0), make(1, 0), make(1, 0), make(3, 0), make(1, 4));
     c.scale = [0.01; 3];
+    d.global_encoding |= 1;
     let workplace = Workplace::new();
     let files = [("a", &a), ("b", &b), ("c", &c), ("d", &d), ("e", &e)]
         .map(|(name, made)| workplace.write(name, &made.laz(1_000)));
@@ -28,6 +31,8 @@ fn files_that_differ_in_scale_or_kind_become_sources_of_their_own() {
     }
     assert_eq!(staged[1].source.scale.to_array(), [0.01; 3]);
     assert_eq!(staged[3].source.record_length, 34);
+    let kinds = [0, 2].map(|i| staged[i].source.gps_time);
+    assert_eq!(kinds, [GpsTimeKind::Week, GpsTimeKind::Adjusted]);
 }
 
 #[test]
