@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use flaneur_scene::{Bounds3, Panorama, Projection, RigCamera};
+use flaneur_scene::{Bounds3, Panorama, Projection, RigCamera, StoredImage};
 use glam::UVec2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -20,6 +20,9 @@ use super::pyramid::{self, SrgbTable};
 use crate::crs::Crs;
 use crate::ingest::{BadInput, IngestError, Job, Unit};
 use crate::layers::panoramas::{image_path, mask_path, write};
+
+/// Hexadecimal digits of an image's version.
+const VERSION_DIGITS: usize = 8;
 
 /// Stages the images of the drafts and writes the pose table; `None` where every image was
 /// damaged and skipped.
@@ -63,16 +66,15 @@ pub(super) fn stage(
         let mut cameras = Vec::with_capacity(draft.cameras.len());
         for (camera, result) in draft.cameras.iter().zip(staged.by_ref()) {
             match result {
-                Some(Ok(StagedCamera { rig_camera, recompressed })) => {
+                Some(Ok(StagedCamera { rig_camera, files, recompressed })) => {
                     if recompressed {
                         let image = camera.image.display();
                         let message = format!("{image}: it is no JPEG and is stored as one");
                         job.warn("recompressed-image", message);
                     }
-                    for level in 0..rig_camera.level_count() {
+                    for (level, file) in (0..).zip(files) {
                         let path =
                             image_path(&draft.id, &rig_camera.id, &rig_camera.version, level);
-                        let file = job.work.join(&path);
                         objects.insert(path, file);
                     }
                     cameras.push(rig_camera);
@@ -159,6 +161,8 @@ fn stage_masks<'a>(
 /// A camera whose levels lie in the work folder.
 struct StagedCamera {
     rig_camera: RigCamera,
+    /// Its levels, from the finest.
+    files: Vec<PathBuf>,
     /// The original is no JPEG, so level 0 is not the original's bytes.
     recompressed: bool,
 }
@@ -198,8 +202,9 @@ fn stage_image(
     let bytes = photograph.read()?;
     let mut hasher = blake3::Hasher::new();
     hasher.update(pyramid::ENCODER_VERSION.as_bytes()).update(&bytes);
-    let version = hasher.finalize().to_hex()[..8].to_owned();
-    let level_file = |level| job.work.join(image_path(panorama, &camera.id, &version, level));
+    let original = hasher.finalize().to_hex();
+    let level_file =
+        |level| job.work.join(image_path(panorama, &camera.id, &original[..VERSION_DIGITS], level));
     let levels = pyramid::level_count(photograph.size);
     let record = level_file(0).with_file_name("finished.json");
     if !is_finished(&record, photograph.size, levels, &level_file) {
@@ -225,17 +230,26 @@ fn stage_image(
         let json = serde_json::to_vec(&finished).map_err(|e| failed(e.to_string()))?;
         write_finished(&record, &json)?;
     }
-    let levels = (0..levels).map(|level| stored_image(&level_file(level)));
+    let files: Vec<PathBuf> = (0..levels).map(level_file).collect();
+    let levels: Vec<StoredImage> =
+        files.iter().map(|file| stored_image(file)).collect::<Result<_, IngestError>>()?;
+    // Encoders make other bytes on other processors: what is published under one name is the same.
+    hasher = blake3::Hasher::new();
+    hasher.update(original.as_bytes());
+    for level in &levels {
+        hasher.update(&level.bytes.to_le_bytes()).update(&level.crc32.to_le_bytes());
+    }
     Ok(StagedCamera {
         rig_camera: RigCamera {
             id: camera.id.clone(),
             position_in_rig: camera.position_in_rig,
             cam_from_rig: camera.cam_from_rig,
             projection,
-            levels: levels.collect::<Result<_, IngestError>>()?,
+            levels,
             mask: mask.map(|mask| mask.mask.clone()),
-            version,
+            version: hasher.finalize().to_hex()[..VERSION_DIGITS].to_owned(),
         },
+        files,
         recompressed: !photograph.is_jpeg(),
     })
 }

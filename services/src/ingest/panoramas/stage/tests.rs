@@ -112,6 +112,25 @@ fn another_original_has_another_version() {
 }
 
 #[test]
+fn other_bytes_of_one_original_have_another_version() {
+    let (survey, work) = (Survey::new(), folder());
+    let first = survey.ingest(&job(&work)).expect("ingested").expect("panoramas");
+    // As an encoder on another processor makes it, of the same size.
+    let level = &first.objects[5].1;
+    let mut bytes = fs::read(level).expect("a level");
+    let last = bytes.len() - 3;
+    bytes[last] ^= 1;
+    fs::write(level, bytes).expect("written");
+    let second = survey.ingest(&job(&work)).expect("ingested").expect("panoramas");
+    let moved: Vec<&str> = (first.objects.iter())
+        .zip(&second.objects)
+        .filter_map(|(a, b)| (a.0 != b.0).then_some(a.0.as_str()))
+        .collect();
+    assert_eq!(moved.len(), 3, "the three levels of one image: {moved:?}");
+    assert!(first.objects.iter().zip(&second.objects).all(|(a, b)| a.1 == b.1));
+}
+
+#[test]
 fn absent_images_are_counted_and_all_absent_is_an_error() {
     let (survey, work) = (Survey::new(), folder());
     fs::remove_file(survey.path("images/7-001.jpg")).expect("removed");
