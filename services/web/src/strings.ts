@@ -150,7 +150,7 @@ export const TEXT = {
   copyByHand:
     "This address is not encrypted (http), so the browser lets no page copy. The text is selected: copy it with Ctrl C or ⌘ C, or hold a finger on it.",
   surface: "Measured on",
-  lidarPoint: (source: string) => `lidar point of ${source}`,
+  lidarPoint: (source: string) => `lidar point of source ${source}`,
   lidarExact: "Point as stored",
   gpsTime: "Measured at",
   untimed: "the survey has no times",

@@ -1,4 +1,5 @@
 import path from "node:path";
+import type { Locator } from "@playwright/test";
 import { connect } from "../src/api/clients";
 import { distance } from "../src/geometry/vector";
 import { placeOf } from "../src/photographs/catalogue";
@@ -171,9 +172,24 @@ test("the page has its usual address, too, and what is not there is not found", 
   }
 });
 
+/** Whether nothing lies over these, and they end within a screen that is 360 wide. */
+async function allInSight(elements: Locator): Promise<void> {
+  for (const one of await elements.all()) {
+    const box = await one.boundingBox();
+    expect(box?.x ?? -1).toBeGreaterThanOrEqual(0);
+    expect((box?.x ?? 999) + (box?.width ?? 999)).toBeLessThanOrEqual(360);
+    const isOnTop = await one.evaluate((it) => {
+      const { left, top, width, height } = it.getBoundingClientRect();
+      const met = document.elementFromPoint(left + width / 2, top + height / 2);
+      return met !== null && it.contains(met);
+    });
+    expect(isOnTop, (await one.textContent()) ?? "").toBe(true);
+  }
+}
+
 test("works on a narrow screen, and with fingers", async ({ server, browser }) => {
   const context = await browser.newContext({
-    viewport: { width: 360, height: 740 },
+    viewport: { width: 360, height: 640 },
     hasTouch: true,
     isMobile: true,
     colorScheme: "dark",
@@ -187,9 +203,16 @@ test("works on a narrow screen, and with fingers", async ({ server, browser }) =
     const box = await walker.page.getByRole("button", { name }).first().boundingBox();
     expect((box?.x ?? 999) + (box?.width ?? 999), name).toBeLessThanOrEqual(360);
   }
+  await allInSight(walker.page.locator(".layers > label, .more-button"));
+  await walker.page.getByRole("button", { name: "Measure" }).tap();
+  await walker.page.touchscreen.tap(30, 330);
+  await expect(walker.page.getByText("WGS84")).toBeVisible();
+  await allInSight(walker.status);
+  await walker.page.screenshot({ path: path.join(PICTURES, "narrow_measure.png") });
+  await walker.page.getByRole("button", { name: "Measure" }).tap();
   const start = await walker.pose();
   // A tap on the road ahead goes there.
-  await walker.page.touchscreen.tap(180, 520);
+  await walker.page.touchscreen.tap(180, 450);
   await expect.poll(async () => distance((await walker.pose()).eye, start.eye)).toBeGreaterThan(1);
   await walker.sees("final");
   // Two fingers, from 60 to 120 pixels apart, show half as much.
