@@ -86,7 +86,8 @@ async fn what_is_wrong_with_a_request_is_named() {
         }
     };
     assert_eq!(status.code(), Code::DeadlineExceeded, "{status}");
-    assert!(served.stop().success());
+    let status = served.stop();
+    assert!(status.success(), "{status}");
 }
 
 #[tokio::test(flavor = "multi_thread")]

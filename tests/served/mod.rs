@@ -69,6 +69,11 @@ impl Served {
         self.process.wait().expect("it ends")
     }
 
+    /// Waits for the end of one that was asked to stop: a second signal would not let it end well.
+    pub(crate) fn ended(mut self) -> ExitStatus {
+        self.process.wait().expect("it ends")
+    }
+
     /// Kills it, whatever it is doing.
     pub(crate) fn kill(mut self) {
         self.process.kill().expect("it runs");
