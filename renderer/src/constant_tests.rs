@@ -6,8 +6,8 @@ use crate::Surface;
 use crate::mesh::reference::NO_MESH_M;
 use crate::shader_tests::sources;
 use crate::{
-    align, depth_map, depths, diffuse, gains, infer, pick, pinhole, points, shade, splat, surface,
-    tiles,
+    align, depth_map, depths, diffuse, gains, infer, pick, pinhole, points, rest, shade, splat,
+    surface, tiles,
 };
 
 /// The name in shaders, its value on the host, and in which shader where the name means another
@@ -41,6 +41,8 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("SEEN_COSINE", shade::reference::SEEN_COSINE),
         ("FEATHER", shade::reference::FEATHER),
         ("TILE", tiles::TILE.into()),
+        ("UNHEARD", rest::reference::UNHEARD),
+        ("MAX_RIGS", rest::MAX_RIGS as f64),
     ];
     let exposure = [
         // How far two measures of one surface may be apart.

@@ -32,6 +32,7 @@ mod pinhole;
 mod points;
 pub mod reference;
 mod renderer;
+mod rest;
 mod screen;
 mod settings;
 mod shade;

@@ -22,7 +22,7 @@ use crate::splat::{SplatPass, ViewTarget};
 use crate::stages::{PassTime, Stages};
 use crate::surface::{self, SurfacePass};
 use crate::targets::Targets;
-use crate::tiles::{self, TilePass};
+use crate::tiles::{self, TilePass, Tiled};
 use crate::{Applied, Gpu, Mode, RenderError, Settings, Texturing, depths, lens};
 
 mod pick;
@@ -385,10 +385,13 @@ impl Renderer {
             self.infer_pass.draw(gpu, stages.encoder(), &self.tile_pass, evidence, cells, targets);
             stages.ended("infer")?;
         }
+        let shown = tiles::Shown { eye, size, positions: &targets.records.positions };
+        let boxes = self.tile_pass.boxes(gpu, stages.encoder(), shown);
+        let tiles = Tiled { pass: &self.tile_pass, boxes: &boxes };
+        stages.ended("tiles")?;
         if aligning {
             let align = &mut self.align_pass;
-            let shares =
-                align.draw(gpu, stages.encoder(), &self.tile_pass, evidence, &self.maps, targets);
+            let shares = align.draw(gpu, stages.encoder(), tiles, evidence, &self.maps, targets);
             if let Some(shares) = shares {
                 align::share_out(&mut photographs, shares, align.step());
             }
@@ -406,14 +409,10 @@ impl Renderer {
             stages.ended("sprites")?;
         }
 
-        // Sprites look for what was chosen everywhere.
-        let apart = sprites.is_none();
-        let shown = tiles::Shown { eye, size, positions: &targets.records.positions };
-        let tiles = self.tile_pass.lists(gpu, stages.encoder(), &seen, apart, shown);
-        stages.ended("tiles")?;
         let sources = shade::Sources {
             photographs: &photographs,
-            tiles: tiles.as_ref(),
+            seen: &seen,
+            tiles,
             maps: &self.maps,
             offsets: self.align_pass.offsets(),
             atlas: &self.photographs.atlas,

@@ -7,7 +7,7 @@ use crate::settings::SplatNormals;
 use crate::splat::Route;
 use crate::{
     Texturing, align, camera, complete, depth_map, diffuse, forward, gains, infer, lens, mesh,
-    photographs, points, shade, splat, surface, tiles,
+    photographs, points, rest, shade, splat, surface, tiles,
 };
 
 pub(crate) fn sources() -> Vec<(&'static str, String)> {
@@ -25,6 +25,8 @@ pub(crate) fn sources() -> Vec<(&'static str, String)> {
         ("choose", shade::choose_wgsl()),
         ("deferred", shade::deferred_wgsl()),
         ("compose", shade::compose_wgsl()),
+        ("limit", rest::limit_wgsl()),
+        ("carry", rest::carry_wgsl()),
         ("gather", forward::gather_wgsl()),
         ("homography", sprites_wgsl(Texturing::Homography)),
         ("barycentric", sprites_wgsl(Texturing::Barycentric)),
@@ -179,7 +181,7 @@ fn mirrors_have_the_layout_of_their_shaders() {
         tiles::WGSL,
         "Frame",
         tiles::gpu_data::Frame,
-        [size, columns, tile_count, photograph_count, apart, padding]
+        [size, columns, tile_count, apart, padding_0, padding_1, padding_2]
     );
     assert_mirrors!(
         tiles::WGSL,
@@ -201,6 +203,12 @@ fn mirrors_have_the_layout_of_their_shaders() {
             [forward, focal, background, orthographic, size, mode, depth_test]
         );
     }
+    assert_mirrors!(
+        rest::limit_wgsl(),
+        "Rig",
+        rest::gpu_data::Rig,
+        [centre, reach, weight, floor, index, padding]
+    );
     assert_mirrors!(
         shade::deferred_wgsl(),
         "Photograph",

@@ -8,7 +8,7 @@ use crate::{Gpu, RenderError, memory, mesh, shade, surface};
 /// Bytes of a pixel of all targets of the G-buffer's size, rounded up …
 const GBUFFER_BYTES: u64 = 64;
 /// … and of the picture's.
-const PICTURE_BYTES: u64 = 88;
+const PICTURE_BYTES: u64 = 108;
 
 /// Everything that a view writes to, kept between frames of the same size. The first are of
 /// the G-buffer's size, those from `records` on of the picture's.
@@ -30,6 +30,10 @@ pub(crate) struct Targets {
     pub(crate) geometry: Records,
     pub(crate) choice: wgpu::TextureView,
     pub(crate) blended: wgpu::TextureView,
+    /// What the nearest rigs add to that.
+    pub(crate) nearest: wgpu::TextureView,
+    /// Of each pixel, see rest/rest.wgsl.
+    pub(crate) limits: wgpu::Buffer,
     picture: wgpu::Texture,
     readback: wgpu::Buffer,
 }
@@ -79,6 +83,13 @@ impl Targets {
             geometry: records(),
             choice: view(shade::CHOICE_FORMAT, picture_size, target),
             blended: view(shade::blend_format(gpu), picture_size, drawn),
+            nearest: view(shade::blend_format(gpu), picture_size, drawn),
+            limits: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("limits"),
+                size: 4 * u64::from(picture_size.x) * u64::from(picture_size.y),
+                usage: BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
             picture: texture(shade::PICTURE_FORMAT, picture_size, target | TextureUsages::COPY_SRC),
             readback: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("picture"),
@@ -100,16 +111,17 @@ impl Targets {
     /// Bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
         let Self { planes, surfaces, depth, winners, winning_normals, .. } = self;
-        let Self { canvas, records, geometry, choice, blended, .. } = self;
+        let Self { canvas, records, geometry, choice, blended, nearest, .. } = self;
         let of_records = [records, geometry]
             .into_iter()
             .flat_map(|Records { positions, orientations }| [positions, orientations]);
-        let views = [planes, surfaces, depth, winners, winning_normals, canvas, choice, blended];
-        let views =
-            views.into_iter().chain(of_records).map(|view| memory::of_texture(view.texture()));
+        let views = [planes, surfaces, depth, winners, winning_normals, canvas].into_iter();
+        let views = views.chain([choice, blended, nearest]);
+        let views = views.chain(of_records).map(|view| memory::of_texture(view.texture()));
         views.sum::<u64>()
             + memory::of_texture(&self.picture)
             + self.nearest_points.bytes()
+            + self.limits.size()
             + self.readback.size()
     }
 

@@ -40,6 +40,13 @@ pub const GAIN_SHRINKAGE: f64 = 0.02;
 /// width that do not lie in each photograph exactly alike.
 pub const EXPOSED_ALIKE: f64 = 0.05;
 
+/// The greatest weight that a rig can have, relative: the device takes a thousandth more, so that rounding
+/// leaves nobody out, and the reach of its cameras is rounded up.
+pub const AT_MOST_RELATIVE: f64 = 2e-3;
+
+/// By how much a share that begins to be heard may change where its weight changes by a hundred-thousandth.
+pub const HEARD_STEP: f64 = 1.1e-5;
+
 /// A depth test is compared only where it is decided by more than this share of the depth.
 pub const DEPTH_TEST_RELATIVE: f64 = 1e-5;
 

@@ -17,7 +17,7 @@ use crate::infer::{Evidence, Grid, RECORDS, SightPass, Sights, UNIFORM, texture_
 use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass};
 use crate::shade::photograph::Drawn;
 use crate::targets::Targets;
-use crate::tiles::{Shown, TilePass};
+use crate::tiles::Tiled;
 use crate::{Gpu, infer, memory, shade};
 
 mod level;
@@ -197,7 +197,7 @@ impl AlignPass {
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        tile_pass: &TilePass,
+        asked: Tiled<'_>,
         evidence: Evidence<'_>,
         maps: &DepthMaps,
         targets: &Targets,
@@ -207,9 +207,8 @@ impl AlignPass {
             rigs.filter_map(|rig| rig.first()).map(|drawn| drawn.rig_distance_m).collect();
         let shares = Shares::new(&distances).filter(|shares| shares.applied > 0.0)?;
         self.resize(gpu, evidence.view)?;
-        let (eye, size) = (evidence.view.eye(), evidence.view.size());
-        let shown = Shown { eye, size, positions: &targets.records.positions };
-        let tiles = tile_pass.lists(gpu, encoder, evidence.of_nearest(2), false, shown)?;
+        let nearest = evidence.of_nearest(2);
+        let tiles = asked.pass.lists(gpu, encoder, nearest, false, asked.boxes)?;
         let uniform = |contents: &[u8]| {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("align"),

@@ -24,8 +24,9 @@ fn sprite_vs(
 fn sprite_fs(in: Varyings) -> @location(0) vec4<f32> {
     photograph = given;
     eye = eye_of_frame();
-    if !is_own_pixel(vec2<u32>(in.position.xy), in.key) {
+    let cell = vec2<u32>(in.position.xy);
+    if !is_own_pixel(cell, in.key) {
         discard;
     }
-    return colour_at(in.place, in.key);
+    return colour_at(in.place, in.key, cell);
 }

@@ -33,5 +33,5 @@ fn sprite_fs(in: Varyings) -> @location(0) vec4<f32> {
     }
     let home = vec2(in.key.w & 0xffffu, in.key.w >> 16u);
     let q = vec2<f32>(vec2<i32>(cell) - vec2<i32>(home));
-    return colour_at(in.across * q.x + in.down * q.y + in.home, in.key.xyz);
+    return colour_at(in.across * q.x + in.down * q.y + in.home, in.key.xyz, cell);
 }

@@ -115,7 +115,7 @@ fn is_own_pixel(cell: vec2<u32>, key: vec3<u32>) -> bool {
 }
 
 // h: what the homography gives.
-fn colour_at(h: vec4<f32>, key: vec3<u32>) -> vec4<f32> {
+fn colour_at(h: vec4<f32>, key: vec3<u32>, cell: vec2<u32>) -> vec4<f32> {
     var place: Place;
     place.kind = SHOWS_POINT;
     place.normal = from_octahedral(key.y);
@@ -124,5 +124,5 @@ fn colour_at(h: vec4<f32>, key: vec3<u32>) -> vec4<f32> {
     let view_depth = 1.0 / h.w;
     let colour = weighted_colour(place, seen_at(h.xyz * view_depth), view_depth);
     // Planes that the ray meets behind the eye, or nowhere, show nothing.
-    return select(vec4(0.0), colour, h.w > 0.0);
+    return heard_at(select(vec4(0.0), colour, h.w > 0.0), vec2<i32>(cell));
 }

@@ -248,7 +248,8 @@ impl InferPass {
         self.places.draw(gpu, encoder, bindings, &[&cells.places]);
         let shown = Shown { eye: view.eye(), size: grid.tall(), positions: &cells.places };
         let asked = evidence.of_nearest(MAX_RIGS as usize);
-        let tiles = tile_pass.lists(gpu, encoder, asked, false, shown);
+        let boxes = tile_pass.boxes(gpu, encoder, shown);
+        let tiles = tile_pass.lists(gpu, encoder, asked, false, &boxes);
         if let Some(tiles) = &tiles {
             let sights = Sights {
                 inputs: vec![

@@ -7,7 +7,7 @@ use super::{gpu, read};
 use crate::depths::SHOWS_MESH;
 use crate::reference::field::Field;
 use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass_with};
-use crate::surface::POSITION_FORMAT;
+use crate::surface::{ORIENTATION_FORMAT, POSITION_FORMAT};
 
 /// A texture of some channels of f32.
 #[derive(Debug)]
@@ -106,6 +106,20 @@ pub(crate) fn records(size: UVec2, pixels: &[([f32; 3], bool)]) -> wgpu::Texture
 pub(crate) fn record_words(words: &Field<[u32; 4]>) -> wgpu::TextureView {
     let description =
         wgpu::TextureDescriptor { format: POSITION_FORMAT, ..description::<4>(words.size) };
+    let texture = gpu().device.create_texture_with_data(
+        &gpu().queue,
+        &description,
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(&words.values),
+    );
+    texture.create_view(&Default::default())
+}
+
+/// The codes of normals as the surface pass leaves them.
+pub(crate) fn orientations(codes: &Field<u32>) -> wgpu::TextureView {
+    let words = codes.each(|&code| [code, 0]);
+    let description =
+        wgpu::TextureDescriptor { format: ORIENTATION_FORMAT, ..description::<2>(codes.size) };
     let texture = gpu().device.create_texture_with_data(
         &gpu().queue,
         &description,

@@ -15,6 +15,7 @@ use crate::frustum::Frustum;
 use crate::infer::reference::{AROUND, COARSER};
 use crate::pinhole::Pinhole;
 use crate::renderer::MAX_PIXELS;
+use crate::rest::reference::{NEAREST, heard};
 use crate::shade::photograph::{closeness, mark, rig_weight};
 use crate::shade::reference::{OPAQUE, edge_weight, feather_weight, mask_weight, park_weight};
 use crate::surface::reference::Shown;
@@ -189,7 +190,8 @@ impl<'a> Rigs<'a> {
         moves: Option<Moves>,
     ) -> Option<Blend> {
         let (mut sum, mut colours, mut marks) = (0.0, DVec3::ZERO, DVec3::ZERO);
-        for rig in &self.rigs {
+        let mut said = 0.0;
+        for (order, rig) in self.rigs.iter().enumerate() {
             let (offset, share) = moves.map_or((DVec3::ZERO, 1.0), |moves| match rig.drawn {
                 Some(drawn @ (0 | 1)) => (moves.offsets[drawn], 1.0),
                 _ => (DVec3::ZERO, moves.others),
@@ -213,6 +215,12 @@ impl<'a> Rigs<'a> {
                 * edge_weight(visible)
                 * rig.weight
                 * share;
+            let weight = if order < NEAREST {
+                said += weight;
+                weight
+            } else {
+                heard(weight, said)
+            };
             if weight > 0.0 {
                 sum += weight;
                 colours += colour * *gain * weight;

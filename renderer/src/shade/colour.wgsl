@@ -1,10 +1,15 @@
 // What one photograph says about a place, wherever its projection comes from: weighted linear
-// colour, and the weight. Needs photograph.wgsl, texel.wgsl, place.wgsl, point.wgsl, depth_map.wgsl and
-// blend.wgsl.
+// colour, and the weight. Needs photograph.wgsl, texel.wgsl, place.wgsl, point.wgsl, depth_map.wgsl,
+// blend.wgsl and heard.wgsl.
 
 // Two layers a map: depth, and uncertainty.
 @group(0) @binding(3) var map_mesh: texture_2d_array<f32>;
 @group(0) @binding(4) var map_points: texture_2d_array<f32>;
+// What the nearest rigs have said: linear colours times their weight, and that.
+@group(0) @binding(7) var nearest: texture_2d<f32>;
+
+// Whether they have spoken before.
+override OF_REST: bool = false;
 
 // Fewer texels a pixel than these are rounding: the full level alone is exact.
 const LEAST_TEXELS_PER_PIXEL: f32 = 1.015;
@@ -25,6 +30,14 @@ fn weighted_colour(place: Place, seen: Projected, view_depth: f32) -> vec4<f32> 
         * photograph.rig_weight;
     let colour = select(texel.rgb * photograph.gain, photograph.mark, eye.shows_marks);
     return select(vec4(0.0), vec4(colour * weight, weight), weight > 0.0);
+}
+
+// What is heard of a weighted colour in a pixel of the picture.
+fn heard_at(colour: vec4<f32>, cell: vec2<i32>) -> vec4<f32> {
+    if OF_REST {
+        return heard(colour, textureLoad(nearest, cell, 0).w);
+    }
+    return colour;
 }
 
 // Share, by bilinear weight, of the four texels around the place that see it. n: its normal in

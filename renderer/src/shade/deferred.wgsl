@@ -28,7 +28,7 @@ fn fs(corner: Corner) -> @location(0) vec4<f32> {
         // What it sees of the place stays what it was; only where that is found is displaced.
         seen.pixel = projected(place.position + offset.xyz).pixel;
     }
-    let colour = weighted_colour(place, seen, depth);
+    let colour = heard_at(weighted_colour(place, seen, depth), cell);
     // Tiles that a photograph has to itself are drawn whole.
     return select(vec4(0.0), colour, place.kind != SHOWS_NOTHING);
 }

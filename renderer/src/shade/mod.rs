@@ -2,22 +2,27 @@
 //!
 //! One rig after the other: a depth test finds the camera that sees each pixel's place best,
 //! and its stencil remembers which; then each camera adds its weighted colour where it won.
-//! Later rigs compare at larger depths, so that nothing has to be cleared between them, and
-//! tiles that one camera of a rig alone can see need no choice.
+//! Nearer rigs compare at larger depths and come later, so that nothing has to be cleared between them,
+//! and tiles that one camera of a rig alone can see need no choice. The two nearest rigs are drawn
+//! by themselves first, and the others where [`crate::rest`] finds that they count.
 //! Drawing one photograph at a time keeps everything about it constant for the device, and the
 //! early stencil test skips the pixels of its rivals: on software devices both count for more
 //! than the extra passes. Last, the sums become a picture.
+
+use std::ops::Range;
 
 use wgpu::util::DeviceExt as _;
 
 use crate::complete::Completion;
 use crate::depth_map::DepthMaps;
 use crate::forward::Sprites;
+use crate::frustum::Frustum;
 use crate::photographs::atlas::Atlas;
+use crate::rest::{HEARD_WGSL, NEAREST, RestPass, Said, Spoken};
 use crate::screen::{ScreenPass, screen_pass_with};
 use crate::surface::PLACE_WGSL;
 use crate::targets::Targets;
-use crate::tiles::TileLists;
+use crate::tiles::Tiled;
 use crate::{Gpu, Mode, SRGB_WGSL, depth_map, lens, octahedral};
 
 pub(crate) mod photograph;
@@ -65,6 +70,7 @@ pub(crate) fn colour_wgsl() -> String {
         depth_map::POINT_WGSL,
         depth_map::WGSL,
         BLEND_WGSL,
+        HEARD_WGSL,
     ];
     [&parts.concat(), include_str!("colour.wgsl")].concat()
 }
@@ -99,6 +105,7 @@ pub(crate) mod gpu_data {
 #[derive(Debug)]
 pub(crate) struct ShadePass {
     photographs: PhotographPipelines,
+    rest: RestPass,
     /// One a mode.
     compose: [ScreenPass; Mode::ALL.len()],
     filtering: wgpu::Sampler,
@@ -119,16 +126,29 @@ enum Step {
 /// What a frame's photographs are drawn with.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sources<'a> {
-    /// Ordered by rig.
+    /// Ordered by rig, the nearest first.
     pub(crate) photographs: &'a [Drawn],
-    /// Where each is drawn; `None` where there is none.
-    pub(crate) tiles: Option<&'a TileLists>,
+    /// What each can see, and its rig.
+    pub(crate) seen: &'a [(&'a Frustum, usize)],
+    /// What the picture shows where.
+    pub(crate) tiles: Tiled<'a>,
     pub(crate) maps: &'a DepthMaps,
     /// By which photographs agree, see [`crate::align`].
     pub(crate) offsets: &'a wgpu::TextureView,
     pub(crate) atlas: &'a Atlas,
     /// The points, where they are not textured as the rest is.
     pub(crate) sprites: Option<&'a Sprites<'a>>,
+}
+
+/// Photographs that are drawn in one pass.
+#[derive(Clone, Debug)]
+struct Layer<'a> {
+    /// Which of the frame's.
+    of: Range<usize>,
+    /// What nearer rigs have said before.
+    after: Option<&'a Said>,
+    /// Where sums of weighted colours go.
+    onto: &'a wgpu::TextureView,
 }
 
 impl ShadePass {
@@ -139,6 +159,7 @@ impl ShadePass {
         };
         Self {
             photographs: PhotographPipelines::new(gpu),
+            rest: RestPass::new(gpu),
             compose: Mode::ALL.map(compose),
             unfiltered: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()),
             filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
@@ -150,7 +171,8 @@ impl ShadePass {
         }
     }
 
-    /// Adds up what the photographs say about every pixel.
+    /// Adds up what the photographs say about every pixel: the nearest rigs first, then the others where they
+    /// count.
     pub(crate) fn draw_photographs(
         &self,
         gpu: &Gpu,
@@ -160,11 +182,51 @@ impl ShadePass {
         targets: &Targets,
     ) {
         let groups = self.bind_groups(gpu, frame, sources, targets);
-        let pipelines = self.photographs.all(gpu, sources);
+        let all = sources.photographs;
+        let nearest = all.partition_point(|drawn| drawn.rig < NEAREST);
+        if nearest == 0 || nearest == all.len() {
+            let layer = Layer { of: 0..all.len(), after: None, onto: &targets.blended };
+            self.draw_layer(gpu, encoder, sources, layer, &groups, targets);
+            return;
+        }
+        let layer = Layer { of: 0..nearest, after: None, onto: &targets.nearest };
+        self.draw_layer(gpu, encoder, sources, layer, &groups, targets);
+        let rest = &all[nearest..];
+        let spoken = Spoken {
+            size: targets.picture_size,
+            positions: &targets.records.positions,
+            orientations: &targets.records.orientations,
+            nearest: &targets.nearest,
+            depths: &targets.limits,
+        };
+        let said = self.rest.limit(gpu, encoder, rest, spoken, sources.tiles.boxes);
+        let layer = Layer { of: nearest..all.len(), after: Some(&said), onto: &targets.blended };
+        self.draw_layer(gpu, encoder, sources, layer, &groups, targets);
+    }
+
+    /// Adds up what some of the photographs say.
+    fn draw_layer(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        sources: Sources<'_>,
+        layer: Layer<'_>,
+        groups: &Groups,
+        targets: &Targets,
+    ) {
+        let Layer { of, after, onto } = layer;
+        // Sprites look for what was chosen everywhere.
+        let apart = sources.sprites.is_none();
+        let Tiled { pass: tile_pass, boxes } = sources.tiles;
+        let seen = &sources.seen[of.clone()];
+        let tiles = tile_pass.lists(gpu, encoder, seen, apart, boxes);
+        let photographs = &sources.photographs[of.clone()];
+        let of_rest = after.is_some();
+        let pipelines = self.photographs.all(gpu, sources, photographs, of_rest);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("photographs"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &targets.blended,
+                view: onto,
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
@@ -185,19 +247,26 @@ impl ShadePass {
             }),
             ..Default::default()
         });
-        let Some(tiles) = sources.tiles else { return };
-        let numbered: Vec<(u32, &Drawn)> = (0..MAX_PHOTOGRAPHS).zip(sources.photographs).collect();
-        pass.set_bind_group(0, &groups.frame, &[]);
-        for rig in numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig) {
+        if let Some(said) = after {
+            self.rest.carry(&mut pass, said);
+        }
+        let Some(tiles) = tiles else { return };
+        let numbered: Vec<(u32, &Drawn)> = (0..MAX_PHOTOGRAPHS).zip(photographs).collect();
+        let group = if of_rest { &groups.of_rest } else { &groups.of_nearest };
+        pass.set_bind_group(0, group, &[]);
+        let rigs = numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig).collect::<Vec<_>>();
+        for rig in rigs.into_iter().rev() {
             for step in [Step::Choose, Step::Chosen, Step::Alone] {
                 for (index, drawn) in rig {
-                    let Some(all) = pipelines.get(&Key::of(drawn, sources)) else { continue };
+                    let key = Key::of(drawn, sources, of_rest);
+                    let Some(all) = pipelines.get(&key) else { continue };
                     pass.set_pipeline(match step {
                         Step::Choose => &all.choose,
                         Step::Chosen => &all.chosen,
                         Step::Alone => &all.alone,
                     });
-                    pass.set_bind_group(1, groups.photographs.get(*index as usize), &[]);
+                    let photograph = groups.photographs.get(of.start + *index as usize);
+                    pass.set_bind_group(1, photograph, &[]);
                     if step != Step::Choose {
                         pass.set_bind_group(2, &groups.atlases[drawn.atlas], &[]);
                     }
@@ -254,7 +323,7 @@ impl ShadePass {
         };
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         let view = wgpu::BindingResource::TextureView;
-        let frame = uniform(gpu, bytemuck::bytes_of(frame));
+        let of_frame = uniform(gpu, bytemuck::bytes_of(frame));
         let (map_mesh, map_points) = (sources.maps.mesh_view(), sources.maps.points_view());
         let mut contents = vec![0; PHOTOGRAPH_STRIDE * sources.photographs.len().max(1)];
         for (slot, drawn) in contents.chunks_mut(PHOTOGRAPH_STRIDE).zip(sources.photographs) {
@@ -267,21 +336,27 @@ impl ShadePass {
             offset: index * PHOTOGRAPH_STRIDE as u64,
             size: std::num::NonZero::new(size_of::<Photograph>() as u64),
         };
-        Groups {
-            frame: group(
+        // What a pass draws to it cannot read: those of the nearest read nothing of either.
+        let frame = |said| {
+            group(
                 "frame",
                 &self.photographs.layouts.frame,
                 &[
-                    entry(0, frame.as_entire_binding()),
+                    entry(0, of_frame.as_entire_binding()),
                     entry(1, view(&targets.records.positions)),
                     entry(2, view(&targets.records.orientations)),
                     entry(3, view(&map_mesh)),
                     entry(4, view(&map_points)),
                     entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
                     entry(6, view(sources.offsets)),
+                    entry(7, view(said)),
                     entry(8, wgpu::BindingResource::Sampler(&self.unfiltered)),
                 ],
-            ),
+            )
+        };
+        Groups {
+            of_nearest: frame(sources.offsets),
+            of_rest: frame(&targets.nearest),
             // One group each: with dynamic offsets Mesa's software driver loses memory at every
             // draw.
             photographs: (0..)
@@ -307,7 +382,8 @@ impl ShadePass {
 }
 
 struct Groups {
-    frame: wgpu::BindGroup,
+    of_nearest: wgpu::BindGroup,
+    of_rest: wgpu::BindGroup,
     photographs: Vec<wgpu::BindGroup>,
     atlases: Vec<wgpu::BindGroup>,
 }

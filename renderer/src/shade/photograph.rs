@@ -145,7 +145,7 @@ impl Drawn {
             mark,
             rig_weight: standing.weight as f32,
             pose_m: photograph.uncertainty_m,
-            rig_floor: standing.rig as f32 / standing.rigs as f32,
+            rig_floor: (standing.rigs - 1 - standing.rig) as f32 / standing.rigs as f32,
             rig_step: 1.0 / standing.rigs as f32,
             closeness: closeness(centre.length_squared(), standing.nearest_2) as f32,
             ..Default::default()
@@ -153,5 +153,12 @@ impl Drawn {
         let rig_distance_m = standing.nearest_2.sqrt();
         let kind = Kind { lens_model: lens.model, masked: photograph.masked };
         Self { kind, data, atlas: place.array, rig: standing.rig, rig_distance_m }
+    }
+
+    /// A photograph of which only `data` and the rig matter.
+    #[cfg(test)]
+    pub(crate) fn of_rig(data: gpu_data::Photograph, rig: usize) -> Self {
+        let kind = Kind { lens_model: 0, masked: false };
+        Self { kind, data, atlas: 0, rig, rig_distance_m: f64::from(data.eye_distance_2).sqrt() }
     }
 }

@@ -32,7 +32,7 @@ struct Photograph {
     // How near the eye is to it, compared with the nearest of its rig, 0 to 1.
     closeness: f32,
     // How well it sees is compared as a depth from the first to the sum of both: above all that
-    // rigs before its own have left.
+    // rigs farther than its own have left.
     rig_floor: f32,
     rig_step: f32,
     // Share of the offsets by which it agrees with another …

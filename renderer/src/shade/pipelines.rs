@@ -16,14 +16,17 @@ pub(super) struct Key {
     /// Whether the photograph is displaced to agree with another.
     aligned: bool,
     texturing: Texturing,
+    /// Whether nearer rigs have spoken before.
+    of_rest: bool,
 }
 
 impl Key {
-    pub(super) fn of(drawn: &Drawn, sources: Sources<'_>) -> Self {
+    pub(super) fn of(drawn: &Drawn, sources: Sources<'_>, of_rest: bool) -> Self {
         Self {
             kind: drawn.kind,
             aligned: drawn.data.shift != 0.0,
             texturing: sources.sprites.map_or(Texturing::Deferred, |sprites| sprites.texturing),
+            of_rest,
         }
     }
 }
@@ -72,11 +75,17 @@ impl PhotographPipelines {
         }
     }
 
-    /// Those that `sources` are drawn with.
-    pub(super) fn all(&self, gpu: &Gpu, sources: Sources<'_>) -> BTreeMap<Key, Pipelines> {
+    /// Those that `photographs` of `sources` are drawn with.
+    pub(super) fn all(
+        &self,
+        gpu: &Gpu,
+        sources: Sources<'_>,
+        photographs: &[Drawn],
+        of_rest: bool,
+    ) -> BTreeMap<Key, Pipelines> {
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        for drawn in sources.photographs {
-            let key = Key::of(drawn, sources);
+        for drawn in photographs {
+            let key = Key::of(drawn, sources, of_rest);
             made.entry(key).or_insert_with(|| self.pipelines_of(gpu, key, sources.sprites));
         }
         made.clone()
@@ -86,6 +95,7 @@ impl PhotographPipelines {
         let [lens, masked] = key.kind.constants();
         let aligned = ("ALIGNED", f64::from(u8::from(key.aligned)));
         let points_apart = ("POINTS_APART", f64::from(u8::from(sprites.is_some())));
+        let of_rest = ("OF_REST", f64::from(u8::from(key.of_rest)));
         let Layouts { frame, photograph, atlas } = &self.layouts;
         let layout = |label, groups: &[Option<&wgpu::BindGroupLayout>]| {
             gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -101,7 +111,13 @@ impl PhotographPipelines {
             compare: wgpu::CompareFunction::Equal,
             ..wgpu::StencilFaceState::IGNORE
         };
-        let adding = |kind: PipelineKind<'_>, constants: &[(&str, f64)], stencil| {
+        // Depths say where it is of use to ask the rest.
+        let compare = if key.of_rest {
+            wgpu::CompareFunction::Greater
+        } else {
+            wgpu::CompareFunction::Always
+        };
+        let adding = |kind: PipelineKind<'_>, constants: &[(&str, f64)], compare, stencil| {
             let add = wgpu::BlendComponent {
                 src_factor: wgpu::BlendFactor::One,
                 dst_factor: wgpu::BlendFactor::One,
@@ -116,7 +132,7 @@ impl PhotographPipelines {
                     blend: Some(wgpu::BlendState { color: add, alpha: add }),
                     write_mask: wgpu::ColorWrites::ALL,
                 },
-                depth_stencil(false, wgpu::CompareFunction::Always, stencil),
+                depth_stencil(false, compare, stencil),
             )
         };
         let kind = |label, layout, module| PipelineKind {
@@ -139,12 +155,14 @@ impl PhotographPipelines {
             ),
             chosen: adding(
                 kind("chosen", &colour, &self.colour),
-                &[lens, masked, points_apart, aligned],
+                &[lens, masked, points_apart, aligned, of_rest],
+                wgpu::CompareFunction::Always,
                 chosen,
             ),
             alone: adding(
                 kind("alone", &colour, &self.colour),
-                &[lens, masked, points_apart, aligned],
+                &[lens, masked, points_apart, aligned, of_rest],
+                compare,
                 wgpu::StencilFaceState::IGNORE,
             ),
             sprites: sprites.map(|sprites| {
@@ -155,7 +173,7 @@ impl PhotographPipelines {
                     entry_points: ["sprite_vs", "sprite_fs"],
                     ..PipelineKind::of(sprites.module)
                 };
-                adding(kind, &[lens, masked], chosen)
+                adding(kind, &[lens, masked, of_rest], wgpu::CompareFunction::Always, chosen)
             }),
         }
     }
@@ -208,6 +226,7 @@ impl Layouts {
                     entry(4, map),
                     entry(5, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
                     entry(6, texture(Float { filterable: true }, D2)),
+                    entry(7, texture(Float { filterable: false }, D2)),
                     entry(8, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
                 ],
             ),

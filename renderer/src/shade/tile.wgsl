@@ -38,7 +38,8 @@ fn corner_of(tile: u32, index: u32, size: vec2<f32>) -> Corner {
     let e = eye_of_frame();
     let flags = select(0u, TESTS_DEPTH, e.tests_depth) | select(0u, SHOWS_MARKS, e.shows_marks);
     var corner: Corner;
-    corner.position = vec4(ndc.x, -ndc.y, 0.0, 1.0);
+    // As deep as its rig, where it does not compare itself with others of that.
+    corner.position = vec4(ndc.x, -ndc.y, p.rig_floor + 0.5 * p.rig_step, 1.0);
     corner.w0 = vec4(bitcast<vec2<u32>>(p.lens.focal), bitcast<vec2<u32>>(p.lens.centre));
     corner.w1 = vec4(bitcast<vec2<u32>>(p.lens.distortion_centre), bitcast<u32>(p.lens.limit), flags);
     corner.w2 = bitcast<vec4<u32>>(p.lens.k);

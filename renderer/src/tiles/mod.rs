@@ -15,7 +15,7 @@ mod reference;
 #[cfg(test)]
 mod tests;
 
-/// Pixels a side of a tile; `TILE` in tiles.wgsl and photograph.wgsl.
+/// Pixels a side of a tile; `TILE` in shaders.
 pub(crate) const TILE: u32 = 32;
 
 pub(crate) const WGSL: &str = include_str!("tiles.wgsl");
@@ -28,9 +28,10 @@ pub(crate) mod gpu_data {
         pub(crate) size: [u32; 2],
         pub(crate) columns: u32,
         pub(crate) tile_count: u32,
-        pub(crate) photograph_count: u32,
         pub(crate) apart: u32,
-        pub(crate) padding: [u32; 2],
+        pub(crate) padding_0: u32,
+        pub(crate) padding_1: u32,
+        pub(crate) padding_2: u32,
     }
 
     /// Mirrors `Pyramid` in tiles.wgsl.
@@ -69,6 +70,13 @@ pub(crate) struct Shown<'a> {
     pub(crate) positions: &'a wgpu::TextureView,
 }
 
+/// The boxes of a picture, and what lists photographs by them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tiled<'a> {
+    pub(crate) pass: &'a TilePass,
+    pub(crate) boxes: &'a TileBoxes,
+}
+
 /// The vertex buffer of lists.
 pub(crate) const TILE_ATTRIBUTE: wgpu::VertexBufferLayout<'_> = wgpu::VertexBufferLayout {
     array_stride: 4,
@@ -79,12 +87,23 @@ pub(crate) const TILE_ATTRIBUTE: wgpu::VertexBufferLayout<'_> = wgpu::VertexBuff
 /// The pipelines of this pass.
 #[derive(Debug)]
 pub(crate) struct TilePass {
-    layout: wgpu::BindGroupLayout,
     bound: wgpu::ComputePipeline,
     list: wgpu::ComputePipeline,
 }
 
-/// The tiles of every photograph of a frame, on the device.
+/// What the tiles of a picture show, on the device.
+#[derive(Debug)]
+pub(crate) struct TileBoxes {
+    /// Of each tile the box around its places, and which rigs are asked about it: all, unless
+    /// [`crate::rest`] says otherwise.
+    pub(crate) boxes: wgpu::Buffer,
+    /// World.
+    eye: DVec3,
+    /// Of the picture, pixels.
+    size: UVec2,
+}
+
+/// The tiles of some photographs of a frame, on the device.
 #[derive(Debug)]
 pub(crate) struct TileLists {
     lists: wgpu::Buffer,
@@ -93,8 +112,8 @@ pub(crate) struct TileLists {
 }
 
 impl TileLists {
-    /// Draws a strip of four corners over each tile of the photograph `index`, of those that it
-    /// has to itself or of those that it shares with others of its rig; the tile, column
+    /// Draws a strip of four corners over each tile of the photograph `index` of those listed, of those
+    /// that it has to itself or of those that it shares with others of its rig; the tile, column
     /// in the low half and row in the high, is the attribute of vertex buffer 0.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, index: u32, alone: bool) {
         let draw = 2 * u64::from(index) + u64::from(alone);
@@ -110,39 +129,57 @@ impl TilePass {
             label: Some("tiles"),
             source: wgpu::ShaderSource::Wgsl(WGSL.into()),
         });
-        let layout = layout(gpu);
-        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("tiles"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
         let pipeline = |entry_point| {
             gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry_point),
-                layout: Some(&pipeline_layout),
+                layout: None,
                 module: &module,
                 entry_point: Some(entry_point),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             })
         };
-        Self { bound: pipeline("bound"), list: pipeline("list"), layout }
+        Self { bound: pipeline("bound"), list: pipeline("list") }
     }
 
-    /// Lists the tiles of the photographs, each by what it can see and by its rig; `None` where
-    /// there is no photograph. Those that a photograph has to itself are listed apart where that
-    /// is wanted.
+    /// The boxes around what the tiles of a picture show.
+    pub(crate) fn boxes(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        shown: Shown<'_>,
+    ) -> TileBoxes {
+        let Shown { eye, size, positions } = shown;
+        let tiles = tiles_of(size);
+        let boxes = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("tiles"),
+            size: u64::from(tiles.element_product()) * 32,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        let frame = frame(gpu, size, false);
+        let resources = [
+            (0, frame.as_entire_binding()),
+            (1, wgpu::BindingResource::TextureView(positions)),
+            (2, boxes.as_entire_binding()),
+        ];
+        dispatch(gpu, encoder, &self.bound, &resources, tiles);
+        TileBoxes { boxes, eye, size }
+    }
+
+    /// Lists the tiles of the photographs, each by what it can see and by its rig, of which the nearest
+    /// come first; `None` where there is no photograph. Those that a photograph has to itself are
+    /// listed apart where that is wanted.
     pub(crate) fn lists(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         photographs: &[(&Frustum, usize)],
         apart: bool,
-        shown: Shown<'_>,
+        shown: &TileBoxes,
     ) -> Option<TileLists> {
-        let Shown { eye, size, positions } = shown;
-        let tiles = size.map(|side| side.div_ceil(TILE));
-        let tile_count = tiles.element_product();
+        let &TileBoxes { ref boxes, eye, size } = shown;
+        let tile_count = tiles_of(size).element_product();
         let pyramids: Vec<_> =
             photographs.iter().map(|(frustum, rig)| pyramid(frustum, *rig, eye)).collect();
         if pyramids.is_empty() {
@@ -154,68 +191,83 @@ impl TilePass {
             first_vertex: 0,
             first_instance: 0,
         };
-        let filled = |contents: &[u8], usage| {
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("tiles"),
-                contents,
-                usage,
-            })
-        };
-        let empty = |size, usage| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("tiles"),
-                size,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
         use wgpu::BufferUsages as Usage;
-        let frame = gpu_data::Frame {
-            size: size.to_array(),
-            columns: tiles.x,
-            tile_count,
-            photograph_count: pyramids.len() as u32,
-            apart: u32::from(apart),
-            padding: [0; 2],
-        };
-        let frame = filled(bytemuck::bytes_of(&frame), Usage::UNIFORM);
-        let boxes = empty(u64::from(tile_count) * 32, Usage::STORAGE);
-        let pyramids_on_device = filled(bytemuck::cast_slice(&pyramids), Usage::STORAGE);
+        let frame = frame(gpu, size, apart);
+        let pyramids_on_device = filled(gpu, bytemuck::cast_slice(&pyramids), Usage::STORAGE);
         let draws = vec![nothing; 2 * pyramids.len()];
         let draws = filled(
+            gpu,
             bytemuck::cast_slice(&draws),
             Usage::STORAGE | Usage::INDIRECT | Usage::COPY_SRC,
         );
-        let bytes = u64::from(tile_count) * 8 * pyramids.len() as u64;
-        let lists = empty(bytes, Usage::STORAGE | Usage::VERTEX | Usage::COPY_SRC);
-        let resources = [
-            frame.as_entire_binding(),
-            wgpu::BindingResource::TextureView(positions),
-            boxes.as_entire_binding(),
-            pyramids_on_device.as_entire_binding(),
-            draws.as_entire_binding(),
-            lists.as_entire_binding(),
-        ];
-        let entries: Vec<_> = resources
-            .into_iter()
-            .zip(0..)
-            .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        let lists = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("tiles"),
-            layout: &self.layout,
-            entries: &entries,
+            size: u64::from(tile_count) * 8 * pyramids.len() as u64,
+            usage: Usage::STORAGE | Usage::VERTEX | Usage::COPY_SRC,
+            mapped_at_creation: false,
         });
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_bind_group(0, &bind_group, &[]);
-        pass.set_pipeline(&self.bound);
-        let UVec2 { x, y } = tiles;
-        pass.dispatch_workgroups(x, y, 1);
-        pass.set_pipeline(&self.list);
-        pass.dispatch_workgroups(tile_count.div_ceil(64), 1, 1);
-        drop(pass);
+        let resources = [
+            (0, frame.as_entire_binding()),
+            (2, boxes.as_entire_binding()),
+            (3, pyramids_on_device.as_entire_binding()),
+            (4, draws.as_entire_binding()),
+            (5, lists.as_entire_binding()),
+        ];
+        dispatch(gpu, encoder, &self.list, &resources, UVec2::new(tile_count.div_ceil(64), 1));
         Some(TileLists { lists, draws, tile_count })
     }
+}
+
+/// How many tiles a picture has in both directions.
+pub(crate) fn tiles_of(picture: UVec2) -> UVec2 {
+    picture.map(|side| side.div_ceil(TILE))
+}
+
+fn frame(gpu: &Gpu, size: UVec2, apart: bool) -> wgpu::Buffer {
+    let tiles = tiles_of(size);
+    let frame = gpu_data::Frame {
+        size: size.to_array(),
+        columns: tiles.x,
+        tile_count: tiles.element_product(),
+        apart: u32::from(apart),
+        padding_0: 0,
+        padding_1: 0,
+        padding_2: 0,
+    };
+    filled(gpu, bytemuck::bytes_of(&frame), wgpu::BufferUsages::UNIFORM)
+}
+
+fn filled(gpu: &Gpu, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("tiles"),
+        contents,
+        usage,
+    })
+}
+
+fn dispatch(
+    gpu: &Gpu,
+    encoder: &mut wgpu::CommandEncoder,
+    pipeline: &wgpu::ComputePipeline,
+    resources: &[(u32, wgpu::BindingResource<'_>)],
+    workgroups: UVec2,
+) {
+    let entries: Vec<_> = resources
+        .iter()
+        .map(|(binding, resource)| wgpu::BindGroupEntry {
+            binding: *binding,
+            resource: resource.clone(),
+        })
+        .collect();
+    let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("tiles"),
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &entries,
+    });
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, &bind_group, &[]);
+    pass.dispatch_workgroups(workgroups.x, workgroups.y, 1);
 }
 
 /// The four sides of what a photograph sees, and its eye plane, relative to `eye`.
@@ -224,34 +276,4 @@ fn pyramid(frustum: &Frustum, rig: usize, eye: DVec3) -> gpu_data::Pyramid {
         .planes()
         .map(|(n, place)| n.extend(MARGIN_M - n.dot(place - eye)).as_vec4().to_array());
     gpu_data::Pyramid { planes, rig: rig as u32, ..bytemuck::Zeroable::zeroed() }
-}
-
-fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty,
-        count: None,
-    };
-    let buffer =
-        |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    let storage = |read_only| buffer(wgpu::BufferBindingType::Storage { read_only });
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("tiles"),
-        entries: &[
-            entry(0, buffer(wgpu::BufferBindingType::Uniform)),
-            entry(
-                1,
-                wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Uint,
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-            ),
-            entry(2, storage(false)),
-            entry(3, storage(true)),
-            entry(4, storage(false)),
-            entry(5, storage(false)),
-        ],
-    })
 }

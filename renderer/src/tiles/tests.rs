@@ -101,7 +101,9 @@ fn on_device(
     let seen: Vec<_> = frustums.iter().zip(photographs).map(|(f, (_, rig))| (f, *rig)).collect();
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
     let shown = Shown { eye: view.eye(), size: SIZE, positions: &positions };
-    let lists = TilePass::new(gpu()).lists(gpu(), &mut encoder, &seen, apart, shown);
+    let pass = TilePass::new(gpu());
+    let boxes = pass.boxes(gpu(), &mut encoder, shown);
+    let lists = pass.lists(gpu(), &mut encoder, &seen, apart, &boxes);
     let lists = lists.expect("photographs");
     let draws: Vec<gpu_data::Draw> = read(encoder, &lists.draws);
     let encoder = gpu().device.create_command_encoder(&Default::default());

@@ -5,10 +5,11 @@ struct Frame {
     size: vec2<u32>,
     columns: u32,
     tile_count: u32,
-    photograph_count: u32,
     // 1: a tile that one photograph of a rig alone can see is listed apart.
     apart: u32,
-    padding: vec2<u32>,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 // The pyramid of a photograph: a place p, relative to the eye, is inside where
@@ -22,6 +23,16 @@ struct Pyramid {
     padding_2: u32,
 }
 
+// Around what a tile shows.
+struct Box {
+    low: vec3<f32>,
+    // Which rigs are asked about the tile: a bit each, the lowest the nearest to the eye, the highest
+    // all that have none.
+    asked: u32,
+    high: vec3<f32>,
+    padding: u32,
+}
+
 // Arguments of an indirect draw.
 struct Draw {
     vertex_count: u32,
@@ -32,11 +43,12 @@ struct Draw {
 
 const TILE: u32 = 32u;
 const NOTHING: f32 = 1e30;
+const ALL_RIGS: u32 = 0xffffffffu;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var positions: texture_2d<u32>;
-// Lowest and highest corner of each tile's places.
-@group(0) @binding(2) var<storage, read_write> boxes: array<array<vec4<f32>, 2>>;
+// Of each tile.
+@group(0) @binding(2) var<storage, read_write> boxes: array<Box>;
 @group(0) @binding(3) var<storage, read> pyramids: array<Pyramid>;
 @group(0) @binding(4) var<storage, read_write> draws: array<Draw>;
 // Two a photograph: of the tiles that it shares with others of its rig, and of those that it has
@@ -75,8 +87,7 @@ fn bound(
             high = max(high, highs[other]);
         }
         let index = tile.y * frame.columns + tile.x;
-        boxes[index][0] = vec4(low, 0.0);
-        boxes[index][1] = vec4(high, 0.0);
+        boxes[index] = Box(low, ALL_RIGS, high, 0u);
     }
 }
 
@@ -86,20 +97,23 @@ fn list(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.tile_count {
         return;
     }
-    let low = boxes[id.x][0].xyz;
-    let high = boxes[id.x][1].xyz;
+    let low = boxes[id.x].low;
+    let high = boxes[id.x].high;
+    let asked = boxes[id.x].asked;
+    let photographs = arrayLength(&pyramids);
     let tile = (id.x % frame.columns) | ((id.x / frame.columns) << 16u);
     var first = 0u;
-    while first < frame.photograph_count && low.x <= high.x {
+    while first < photographs && low.x <= high.x {
+        let is_asked = (asked >> min(pyramids[first].rig, 31u) & 1u) == 1u;
         var end = first;
         var seeing = 0u;
-        while end < frame.photograph_count && pyramids[end].rig == pyramids[first].rig {
-            seeing += select(0u, 1u, meets(end, low, high));
+        while end < photographs && pyramids[end].rig == pyramids[first].rig {
+            seeing += select(0u, 1u, is_asked && meets(end, low, high));
             end++;
         }
         let alone = select(0u, frame.apart, seeing == 1u);
         for (; first < end; first++) {
-            if meets(first, low, high) {
+            if is_asked && meets(first, low, high) {
                 let draw = 2u * first + alone;
                 let at = atomicAdd(&draws[draw].instance_count, 1u);
                 lists[draw * frame.tile_count + at] = tile;
