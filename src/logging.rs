@@ -9,14 +9,18 @@ use tracing_subscriber::fmt::MakeWriter;
 
 use crate::progress::Console;
 
+/// In helps these come after what a command has of its own.
+const LAST: usize = 900;
+
 /// What is logged, and how.
 #[derive(Args)]
 pub(crate) struct LoggingArguments {
     /// Log more: warnings, then info, debug, trace with each further -v (RUST_LOG overrides)
-    #[arg(short, long, global = true, action = ArgAction::Count)]
+    #[arg(short, long, global = true, action = ArgAction::Count, display_order = LAST)]
     verbose: u8,
     /// Form of the log lines on stderr
-    #[arg(long, global = true, value_enum, default_value_t = LogFormat::Compact)]
+    #[arg(long, global = true, value_enum, default_value_t = LogFormat::Compact,
+        display_order = LAST)]
     log_format: LogFormat,
 }
 

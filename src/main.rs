@@ -62,3 +62,38 @@ fn main() -> ExitCode {
         Err(exit) => exit.report(&console),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::Arguments;
+
+    /// Columns of the narrowest terminal that helps are written for.
+    const NARROW: usize = 80;
+
+    #[test]
+    fn helps_keep_their_lines() {
+        Arguments::command().debug_assert();
+        let mut examples = 0;
+        for command in Arguments::command().get_subcommands() {
+            let name = command.get_name();
+            let Some(text) = command.get_after_help().map(ToString::to_string) else {
+                assert_eq!(name, "help", "{name} has no examples");
+                continue;
+            };
+            // What is indented stays as it is, so it must fit; all else is wrapped where it is
+            // shown, so a paragraph is one line.
+            for paragraph in text.split("\n\n") {
+                let wide = paragraph.lines().filter(|line| line.starts_with(' '));
+                for line in wide.clone() {
+                    assert!(line.chars().count() <= NARROW, "{name}: {line}");
+                }
+                let prose = paragraph.lines().filter(|line| !line.starts_with(' ')).count();
+                assert!(prose <= 1, "{name} breaks its own lines: {paragraph}");
+                examples += wide.count();
+            }
+        }
+        assert!(examples > 20, "{examples}");
+    }
+}

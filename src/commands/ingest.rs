@@ -15,12 +15,12 @@ use crate::output;
 
 const EXAMPLES: &str = "\
 Examples:
-  flaneur ingest survey --out scenes                     a folder with a street.toml
+  flaneur ingest survey --out scenes            a folder with a street.toml
   flaneur ingest survey/street.toml --out s3://bucket/streets
   flaneur ingest survey --out scenes --memory 8GiB --work /scratch
-  flaneur ingest survey --out scenes --json              a summary for programs
+  flaneur ingest survey --out scenes --json     a summary for programs
 
-An ingest that was interrupted goes on where it stopped, and one over the same inputs does
+An ingest that was interrupted goes on where it stopped, and one over the same inputs does \
 nothing. The scene appears in the store whole, or not at all.
 
 Exit codes: 0 done, 2 bad input or usage, 130 interrupted, 1 anything else.";

@@ -15,9 +15,10 @@ use crate::progress::Console;
 
 const EXAMPLES: &str = "\
 Examples:
-  flaneur sample street                         120 m, 1.5 million points, 106 photographs
-  flaneur sample street --scale 0.2 --seed 7    a small one, and another street
-  flaneur sample load --scale 14 --without-photographs    about 20 million points
+  flaneur sample street                         120 m, 1.5 million points
+  flaneur sample street --scale 0.2 --seed 7    a small one, another street
+  flaneur sample load --scale 14 \\
+    --without-photographs                       about 20 million points
 
 The folder holds a survey for `flaneur ingest`, and in truth/ views that were held out.";
 

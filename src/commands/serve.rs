@@ -18,18 +18,18 @@ use crate::source;
 
 const EXAMPLES: &str = "\
 Examples:
-  flaneur serve scenes                          every scene of a folder: data, pictures, the web page
-  flaneur serve scenes/paris                    one scene alone
-  flaneur serve scenes s3://bucket/streets      scenes of several stores
-  flaneur serve scenes --listen 0.0.0.0:80      to everyone who reaches this machine
-  flaneur serve scenes --no-render              data alone, on a machine that is not to render
-  flaneur serve http://10.0.0.5:7878            pictures of what another server has
+  flaneur serve scenes                       all of a folder, and the web page
+  flaneur serve scenes/paris                 one scene alone
+  flaneur serve scenes s3://bucket/streets   scenes of several stores
+  flaneur serve scenes --listen 0.0.0.0:80   to all who reach this machine
+  flaneur serve scenes --no-render           data alone: no pictures, no page
+  flaneur serve http://10.0.0.5:7878         pictures of what another server has
 
-Prints one line, `serving http://ADDRESS`, once calls are answered. Scenes that are published
-while it runs are found. Ctrl-C or SIGTERM ends it once the calls in flight are done; a second
+Prints one line, `serving http://ADDRESS`, once calls are answered. Scenes that are published \
+while it runs are found. Ctrl-C or SIGTERM ends it once the calls in flight are done; a second \
 one ends it at once.
 
-Cloud stores take their settings from the environment, as in AWS_REGION, AWS_ENDPOINT,
+Cloud stores take their settings from the environment, as in AWS_REGION, AWS_ENDPOINT, \
 AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY.";
 
 /// Arguments of `flaneur serve`.

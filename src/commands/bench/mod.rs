@@ -27,23 +27,25 @@ use session::Session;
 const EXAMPLES: &str = "\
 Examples:
   flaneur bench scenes/paris --report bench.json --html bench.html
-  flaneur bench scenes/karlsruhe --path walk.json --size 1920x1080 --repeats 9 --report bench.json
-  flaneur bench scenes/street --report bench.json --front renderer/src/frame_budget/front.rs
+  flaneur bench scenes/karlsruhe --path walk.json --size 1920x1080 \\
+    --repeats 9 --report bench.json
+  flaneur bench scenes/street --report bench.json \\
+    --front renderer/src/frame_budget/front.rs
 
-The most exact frame of a run has every setting at its most exact: 16 rigs, depth maps of 1024
-texels, all points, full resolution. Every variant changes one setting of it; its error is the
-difference of its frames to the most exact ones, over all pixels of all views: of colours as bytes
-(the largest of the three channels), of depth in metres where both show a surface. A pixel that no
-photograph colours where one should counts as a difference of 255. Variants take turns, view by
-view. `bytes` is what the renderer held on the device after the frames of a row. Rows `texturing`
-leave the alignment out: compare them with `alignment off`. A rig counts all its cameras: of `rigs
-1` as many photographs may be drawn as one panorama has.
+The most exact frame of a run has every setting at its most exact: 16 rigs, depth maps of 1024 \
+texels, all points, full resolution. Every variant changes one setting of it; its error is the \
+difference of its frames to the most exact ones, over all pixels of all views: of colours as \
+bytes (the largest of the three channels), of depth in metres where both show a surface. A pixel \
+that no photograph colours where one should counts as a difference of 255. Variants take turns, \
+view by view. `bytes` is what the renderer held on the device after the frames of a row. Rows \
+`texturing` leave the alignment out: compare them with `alignment off`. A rig counts all its \
+cameras: of `rigs 1` as many photographs may be drawn as one panorama has.
 
-From what each setting does alone follows a way down from the most exact settings (rows
-`combined`); what of it nothing beats is the front that `flaneur render --budget-ms` chooses from.
-At last the view moves along the survey's way under three budgets of time (rows `budget`). Rows
-`against f64` compare a small part of the first view, away from edges of depth, with the reference
-in f64. VIEWS.json is that of `flaneur render --path`.";
+From what each setting does alone follows a way down from the most exact settings (rows \
+`combined`); what of it nothing beats is the front that `flaneur render --budget-ms` chooses \
+from. At last the view moves along the survey's way under three budgets of time (rows `budget`). \
+Rows `against f64` compare a small part of the first view, away from edges of depth, with the \
+reference in f64. VIEWS.json is that of `flaneur render --path`.";
 
 /// Arguments of `flaneur bench`.
 #[derive(Args)]

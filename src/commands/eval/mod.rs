@@ -24,28 +24,32 @@ use session::Session;
 use target::Target;
 
 /// SOURCE comes first, because --hold-out and --only take as many names as follow them.
-const USAGE: &str =
-    "flaneur eval <SOURCE> <--sources every:N|--hold-out …|--truth …> --report <FILE> [OPTIONS]";
+const USAGE: &str = "\
+flaneur eval <SOURCE> <--sources every:N|--hold-out …|--truth …>
+                    --report <FILE> [OPTIONS]";
 
 const EXAMPLES: &str = "\
 Examples:
-  flaneur eval scenes/karlsruhe --sources every:2 --only '02_*' --report every2.json
-  flaneur eval scenes/paris --hold-out 490 495/301 --report two.json --html two.html
-  flaneur eval scenes/street --truth street/truth --methods nearest,hybrid --report truth.json
+  flaneur eval scenes/karlsruhe --sources every:2 --only '02_*' \\
+    --report every2.json
+  flaneur eval scenes/paris --hold-out 490 495/301 \\
+    --report two.json --html two.html
+  flaneur eval scenes/street --truth street/truth \\
+    --methods nearest,hybrid --report truth.json
 
-Names are ids, panoramas, files of photographs, or globs over them; `flaneur info SOURCE --json`
-lists the ids. Each face of a sphere is a photograph; every:N keeps a sphere, like any rig, or
-holds it out as a whole. Methods that change more than how a frame is drawn have a renderer for
-themselves, one after another, each within --gpu-memory, and fetch the scene anew: name fewer
+Names are ids, panoramas, files of photographs, or globs over them; `flaneur info SOURCE --json` \
+lists the ids. Each face of a sphere is a photograph; every:N keeps a sphere, like any rig, or \
+holds it out as a whole. Methods that change more than how a frame is drawn have a renderer for \
+themselves, one after another, each within --gpu-memory, and fetch the scene anew: name fewer \
 --methods where time is short.
 
-Definitions: sRGB in [0, 1], the whole frame, a figure a view, then the mean over the views. SSIM
-in windows of 7x7 pixels of equal weight with sample covariance (scikit-image's default). Coverage
-is the share of the pixels showing geometry that a source colours, as in the reports of `flaneur
-render`; none for a source shown unwarped. Inferred is the share of all pixels that sources colour
-at an inferred depth, where there is no geometry; unseen the share of all pixels that no source
-colours either way. Each figure is given again over what the photograph's mask shows (…_unmasked),
-and over what of that is not unseen (…_covered).";
+Definitions: sRGB in [0, 1], the whole frame, a figure a view, then the mean over the views. SSIM \
+in windows of 7x7 pixels of equal weight with sample covariance (scikit-image's default). \
+Coverage is the share of the pixels showing geometry that a source colours, as in the reports of \
+`flaneur render`; none for a source shown unwarped. Inferred is the share of all pixels that \
+sources colour at an inferred depth, where there is no geometry; unseen the share of all pixels \
+that no source colours either way. Each figure is given again over what the photograph's mask \
+shows (…_unmasked), and over what of that is not unseen (…_covered).";
 
 /// Arguments of `flaneur eval`.
 #[derive(Args)]

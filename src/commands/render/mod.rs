@@ -35,18 +35,24 @@ const MAX_TRIALS: u32 = 40;
 const DEFAULT_SIZE: Size = Size(glam::UVec2::new(1024, 512));
 
 /// SOURCE comes first, because --without takes as many names as follow it.
-const USAGE: &str = "flaneur render <SOURCE> <--view …|--like …|--path …> --out <FILE> [OPTIONS]";
+const USAGE: &str = "\
+flaneur render <SOURCE> <--view …|--like …|--path …>
+                      --out <FILE> [OPTIONS]";
 
 const EXAMPLES: &str = "\
 Examples:
   flaneur render scenes/paris --view 651190,6861340,43,180,5 -o frame.png
   flaneur render scenes/paris --like 490/301 --without 490 -o like.png
-  flaneur render scenes/paris --view 651190,6861340,43,180,5 --mode sources -o sources.png
-  flaneur render scenes/paris --view 651190,6861340,140,0,-90 --orthographic 80 -o plan.png
-  flaneur render http://127.0.0.1:7878/paris --path walk.json -o walk.png --report walk.report.json
+  flaneur render scenes/paris --view 651190,6861340,43,180,5 \\
+    --mode sources -o sources.png
+  flaneur render scenes/paris --view 651190,6861340,140,0,-90 \\
+    --orthographic 80 -o plan.png
+  flaneur render http://127.0.0.1:7878/paris --path walk.json \\
+    -o walk.png --report walk.report.json
 
 VIEWS.json is a list of views; those of the last example become walk_0001.png, walk_0002.png, …:
-  [{\"position\": [651190, 6861340, 43], \"heading_deg\": 180, \"pitch_deg\": 5, \"fov_deg\": 60}]";
+  [{\"position\": [651190, 6861340, 43],
+    \"heading_deg\": 180, \"pitch_deg\": 5, \"fov_deg\": 60}]";
 
 /// Arguments of `flaneur render`.
 #[derive(Args)]

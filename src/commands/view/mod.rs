@@ -34,10 +34,11 @@ Examples:
   flaneur view scenes/paris
   flaneur view scenes/paris/scene.json
   flaneur view http://127.0.0.1:7878/paris --cache ~/.cache/flaneur
-  flaneur view scenes/paris --view 651190,6861340,43,180,5 --fov 75 --size 1600x900
+  flaneur view scenes/paris --view 651190,6861340,43,180,5 \\
+    --fov 75 --size 1600x900
 
-Drag to look, turn the wheel to zoom, walk with W, A, S, D or the arrows; click the ground to go there,
-a wall to face it, twice to go to the nearest photograph. H shows all keys, O the figures.";
+Drag to look, turn the wheel to zoom, walk with W, A, S, D or the arrows; click the ground to go \
+there, a wall to face it, twice to go to the nearest photograph. H shows all keys, O the figures.";
 
 /// Arguments of `flaneur view`.
 #[derive(Args)]

@@ -37,29 +37,33 @@ const LEAST_SIDE: u32 = 7;
 
 const EXAMPLES: &str = "\
 Examples:
-  flaneur walk scenes/paris --path walk.json --bandwidth 10M --latency 50ms --report r.json
-  flaneur walk scenes/street --path street/truth/walk.json --report r.json --html r.html
-  flaneur walk http://127.0.0.1:7878/paris --path walk.json --bandwidth 2M --report r.json
+  flaneur walk scenes/paris --path walk.json \\
+    --bandwidth 10M --latency 50ms --report r.json
+  flaneur walk scenes/street --path street/truth/walk.json \\
+    --report r.json --html r.html
+  flaneur walk http://127.0.0.1:7878/paris --path walk.json \\
+    --bandwidth 2M --report r.json
 
-VIEWS.json is that of `flaneur render --path`; its views are stops of one walk, all of the size given
-here. Each may have a \"time_s\", the seconds since connecting began at which it is reached; without
-them the walk goes straight from view to view at --speed, and turns at 90 degrees a second where it
-stands. A walk takes at most an hour. At the last view it waits until everything has come and the
-picture rests, at most 120 s.
+VIEWS.json is that of `flaneur render --path`; its views are stops of one walk, all of the size \
+given here. Each may have a \"time_s\", the seconds since connecting began at which it is \
+reached; without them the walk goes straight from view to view at --speed, and turns at 90 \
+degrees a second where it stands. A walk takes at most an hour. At the last view it waits until \
+everything has come and the picture rests, at most 120 s.
 
-The connection: a store is served on a free port of this machine; it, or the server given, is reached
-through a proxy in this process, by TCP and HTTP/2. Bandwidth and latency hold each way, so that an
-answer takes twice the latency at least, and so does setting the connection up. Loss, slow start and
-TLS are not modelled.
+The connection: a store is served on a free port of this machine; it, or the server given, is \
+reached through a proxy in this process, by TCP and HTTP/2. Bandwidth and latency hold each way, \
+so that an answer takes twice the latency at least, and so does setting the connection up. Loss, \
+slow start and TLS are not modelled.
 
-Time zero is when connecting begins. Before it the graphics device is opened, and the first view is
-loaded past the proxy and drawn, so that every shader is compiled; nothing of it is kept, but by
-the server and the system, which may have it in memory. The first picture is the first frame after the base mesh and a coarse level of every photograph have come; before, nothing
-is drawn. A frame is kept every 0.1 s at first, every twentieth of the time that has passed, and at
-least every second, in the system's temporary folder. After the walk, past the proxy, each is compared
-with the frame of the same view with everything it wants: ms_to_ssim_090 and ms_to_ssim_095 are when
-the first of them had that SSIM, of the view of that moment. SSIM and PSNR are those of `flaneur
-eval`, over the whole picture.
+Time zero is when connecting begins. Before it the graphics device is opened, and the first view \
+is loaded past the proxy and drawn, so that every shader is compiled; nothing of it is kept, but \
+by the server and the system, which may have it in memory. The first picture is the first frame \
+after the base mesh and a coarse level of every photograph have come; before, nothing is drawn. A \
+frame is kept every 0.1 s at first, every twentieth of the time that has passed, and at least \
+every second, in the system's temporary folder. After the walk, past the proxy, each is compared \
+with the frame of the same view with everything it wants: ms_to_ssim_090 and ms_to_ssim_095 are \
+when the first of them had that SSIM, of the view of that moment. SSIM and PSNR are those of \
+`flaneur eval`, over the whole picture.
 
 Ctrl-C ends the walk; what was seen until then is compared and written. A second one ends that.";
 
