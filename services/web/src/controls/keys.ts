@@ -120,7 +120,7 @@ function isForOthers(event: KeyboardEvent, stage: HTMLElement): boolean {
   if (!(target instanceof Element) || target === document.body || target === stage) {
     return false;
   }
-  if (target.closest("dialog, input[type=text], select, textarea, .inset-map")) {
+  if (target.closest("dialog[open], input[type=text], select, textarea, .inset-map")) {
     return true;
   }
   // Buttons and switches keep what they understand.

@@ -4,6 +4,7 @@ import { LidarPointSchema } from "../gen/flaneur/v1/render_pb";
 import { GpsTimeKind, SceneSchema } from "../gen/flaneur/v1/scene_pb";
 import { momentOf } from "./gps_time";
 import { lasClass } from "./las_class";
+import { dateOf } from "./panel";
 import { referenceOf } from "./reference";
 
 describe("the time of a point", () => {
@@ -22,11 +23,11 @@ describe("the time of a point", () => {
 
   it("is a day of a week where it counts from an unknown one", () => {
     const { time, remark } = moment(228_671.755_606_565, GpsTimeKind.WEEK);
-    expect(time).toBe("Tuesday 15:31:11.755");
+    expect(time).toBe("Tuesday 15:31:11.755 GPS time");
     expect(remark).toContain("GPS week time 228671.755607 s");
     expect(remark).toContain("no date");
-    expect(moment(0.5, GpsTimeKind.WEEK).time).toBe("Sunday 00:00:00.500");
-    expect(moment(604_799.9999, GpsTimeKind.WEEK).time).toBe("Saturday 23:59:59.999");
+    expect(moment(0.5, GpsTimeKind.WEEK).time).toBe("Sunday 00:00:00.500 GPS time");
+    expect(moment(604_799.9999, GpsTimeKind.WEEK).time).toBe("Saturday 23:59:59.999 GPS time");
   });
 
   it("is as it is stored where nothing else is known of it", () => {
@@ -35,6 +36,15 @@ describe("the time of a point", () => {
       expect(moment(399_712_818, kind).remark).not.toBe("");
     }
     expect(moment(0, GpsTimeKind.WEEK)).toEqual({ time: "the survey has no times", remark: "" });
+  });
+});
+
+describe("the time of a photograph", () => {
+  it("is said with its zone", () => {
+    expect(dateOf("2024-05-14T10:00:06.250Z")).toBe("2024-05-14 10:00 UTC");
+    expect(dateOf("2014-06-16T12:39:01+02:00")).toBe("2014-06-16 12:39 +02:00");
+    expect(dateOf("2014-06-16T12:39:01+00:00")).toBe("2014-06-16 12:39 UTC");
+    expect(dateOf("")).toBe("undated");
   });
 });
 

@@ -40,5 +40,5 @@ function ofWeek(second: number): string {
   const day = TEXT.days[Math.floor(second / DAY_S)] ?? "";
   const milliseconds = Math.floor((second % DAY_S) * 1000);
   // A date is not said; the time of the day is the same on each.
-  return `${day} ${new Date(milliseconds).toISOString().slice(11, 23)}`;
+  return TEXT.weekDay(day, new Date(milliseconds).toISOString().slice(11, 23));
 }

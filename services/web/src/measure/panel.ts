@@ -175,9 +175,13 @@ function surfaceOf(place: Place): [string, ...(Node | string)[]][] {
   return [];
 }
 
-/** The day and minute of an RFC 3339 time, as they stand there. */
+/** The day and minute of an RFC 3339 time, as they stand there, and its zone. */
 export function dateOf(time: string): string {
-  return time ? time.slice(0, 16).replace("T", " ") : TEXT.undated;
+  if (!time) {
+    return TEXT.undated;
+  }
+  const zone = /[+-]\d\d:\d\d$/.exec(time)?.[0] ?? "UTC";
+  return `${time.slice(0, 16).replace("T", " ")} ${zone.replace(/^[+-]00:00$/, "UTC")}`;
 }
 
 function copy(text: string): HTMLElement {
