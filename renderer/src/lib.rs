@@ -19,6 +19,7 @@ mod frame_budget;
 mod frustum;
 mod gains;
 mod gpu;
+mod history;
 mod infer;
 #[cfg(test)]
 mod kernel_tests;

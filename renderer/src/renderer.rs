@@ -11,6 +11,7 @@ use crate::forward::{ForwardPass, Indices};
 use crate::frame::{Frame, FrameStats};
 use crate::frustum::Frustum;
 use crate::gains::Gains;
+use crate::history::{Histories, History};
 use crate::infer::{self, Evidence, InferPass};
 use crate::mesh::{MeshPass, MeshStore};
 use crate::photographs::{Crowded, PhotographStore, camera_fault};
@@ -53,6 +54,7 @@ pub struct Renderer {
     photographs: PhotographStore,
     maps: DepthMaps,
     gains: Gains,
+    histories: Histories,
     targets: Option<Targets>,
     /// Where the next views are expected.
     eye: DVec3,
@@ -86,6 +88,7 @@ impl Renderer {
             photographs: PhotographStore::new(gpu),
             maps: DepthMaps::new(gpu, &settings),
             gains: Gains::new(gpu),
+            histories: Histories::default(),
             targets: None,
             eye: DVec3::ZERO,
             last: None,
@@ -120,6 +123,7 @@ impl Renderer {
             self.photographs.set_map_side(settings.depth_map_side);
             self.maps = DepthMaps::new(&self.gpu, &settings);
             self.gains.forget();
+            self.histories.clear();
         }
         if (settings.splat_route, settings.quads_from_px)
             != (before.splat_route, before.quads_from_px)
@@ -135,6 +139,28 @@ impl Renderer {
     pub fn cut(&mut self) {
         self.gains.cut();
         self.infer_pass.cut();
+    }
+
+    /// Says who looks at the next frames: what goes from frame to frame smoothly goes on from their
+    /// last one, whoever had turns meanwhile. Without it all frames are of one viewer, 0. Of those who
+    /// looked last 64 are remembered, as far as there is room.
+    pub fn look_as(&mut self, viewer: u64) {
+        if self.histories.is_other(viewer) {
+            let (gains, inferred) =
+                (self.gains.exchange(Default::default()), self.infer_pass.exchange(None));
+            let own = self.histories.turn(viewer, History { gains, inferred });
+            self.gains.exchange(own.gains);
+            self.infer_pass.exchange(own.inferred);
+        }
+    }
+
+    /// Forgets a viewer who looks no more.
+    pub fn forget_viewer(&mut self, viewer: u64) {
+        if self.histories.is_other(viewer) {
+            self.histories.forget(viewer);
+        } else {
+            self.cut();
+        }
     }
 
     /// Changes what is resident. Dropping what is not there is no error.

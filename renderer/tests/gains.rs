@@ -119,3 +119,54 @@ fn what_is_on_display_does_not_jump() {
     assert!((settled - means[0]).abs() > 0.1, "nothing was to be adjusted: {before} {means:?}");
     assert_eq!(steps.last(), Some(&0.0), "it comes to an end");
 }
+
+/// Two take turns, in pictures of different sizes: each sees what they would see alone.
+#[test]
+fn who_takes_turns_sees_no_jump() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let aside = camera(street.origin, [-0.5, -1.5, 1.8], 70.0, 8.0, 60.0, UVec2::new(160, 120));
+    let views = [view(&street), View::from(aside)];
+    // Frames before the dark photograph arrives, and after it, of those whose turns they are.
+    let walk = |turns: &[u64], viewers: [u64; 2]| -> Vec<Frame> {
+        let mut all = updates(&street);
+        let last = all.pop().expect("photographs");
+        let mut renderer = renderer(Settings::default(), all);
+        let mut frames = Vec::new();
+        for (round, last) in [None, Some(last)].into_iter().enumerate() {
+            last.into_iter().for_each(|last| drop(renderer.apply(last).expect("a good update")));
+            for _ in 0..1 + 3 * round {
+                for &turn in turns {
+                    renderer.look_as(viewers[turn as usize]);
+                    frames.push(renderer.render(&views[turn as usize]).expect("a frame"));
+                }
+            }
+        }
+        frames
+    };
+    let (mine, theirs) = (walk(&[0], [7, 9]), walk(&[1], [7, 9]));
+    let both = walk(&[0, 1], [7, 9]);
+    let expected: Vec<&Frame> = mine.iter().zip(&theirs).flat_map(|(a, b)| [a, b]).collect();
+    let same = |a: &Frame, b: &Frame| a.rgba == b.rgba;
+    assert!(both.iter().zip(&expected).all(|(a, b)| same(a, b)), "frames differ");
+    // As one viewer they would disturb each other.
+    let one = walk(&[0, 1], [7, 7]);
+    assert!(!one.iter().zip(&expected).all(|(a, b)| same(a, b)), "it makes no difference");
+
+    // Who is forgotten begins anew, and gives back what was remembered of them.
+    let mut renderer = renderer(Settings::default(), updates(&street));
+    renderer.render(&views[0]).expect("a frame");
+    let alone = renderer.memory().inference;
+    renderer.look_as(1);
+    renderer.render(&views[0]).expect("a frame");
+    assert!(renderer.memory().inference > alone, "another's picture is remembered");
+    renderer.forget_viewer(0);
+    assert_eq!(renderer.memory().inference, alone);
+    for viewer in 2..70 {
+        renderer.look_as(viewer);
+        renderer.render(&views[0]).expect("a frame");
+    }
+    let most = renderer.memory().inference - alone;
+    renderer.look_as(0);
+    renderer.render(&views[0]).expect("a frame");
+    assert_eq!(renderer.memory().inference - alone, most, "so many, and no more");
+}

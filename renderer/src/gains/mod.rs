@@ -48,6 +48,12 @@ const JUMP_COSINE: f64 = 0.94;
 #[derive(Debug)]
 pub(crate) struct Gains {
     pass: MeasurePass,
+    past: Past,
+}
+
+/// What is remembered of a frame for the next of whoever looks.
+#[derive(Debug, Default)]
+pub(crate) struct Past {
     /// What `solved` was measured on.
     measured: Vec<State>,
     /// Logarithms for linear red, green and blue.
@@ -69,14 +75,12 @@ struct State {
 
 impl Gains {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        Self {
-            pass: MeasurePass::new(gpu),
-            measured: Vec::new(),
-            solved: BTreeMap::new(),
-            shown: BTreeMap::new(),
-            level: [0.0; 3],
-            camera: None,
-        }
+        Self { pass: MeasurePass::new(gpu), past: Past::default() }
+    }
+
+    /// Remembers another frame than the one before, which is given back.
+    pub(crate) fn exchange(&mut self, past: Past) -> Past {
+        std::mem::replace(&mut self.past, past)
     }
 
     /// What [`Gains::bytes`] is, at most, once so many photographs were measured.
@@ -116,32 +120,35 @@ impl Gains {
                 Some(State { id: (*id).clone(), pixels, map })
             })
             .collect();
-        if states != self.measured {
-            self.solved = self.solve(gpu, stages, &used, maps, atlas)?;
-            self.measured = states;
+        if states != self.past.measured {
+            self.past.solved = self.solve(gpu, stages, &used, maps, atlas)?;
+            self.past.measured = states;
         }
         self.follow(camera);
-        self.level = mean(selected.iter().filter_map(|(id, _, standing)| {
-            Some((*self.shown.get(*id)?, standing.weight / (standing.nearest_2 + NEAR_M.powi(2))))
+        self.past.level = mean(selected.iter().filter_map(|(id, _, standing)| {
+            Some((
+                *self.past.shown.get(*id)?,
+                standing.weight / (standing.nearest_2 + NEAR_M.powi(2)),
+            ))
         }));
         Ok(())
     }
 
     /// Says that the next frame does not follow the last: all gains are new ones.
     pub(crate) fn cut(&mut self) {
-        self.camera = None;
+        self.past.camera = None;
     }
 
     /// Says that what was measured holds no more: other depth maps take the place of all.
     pub(crate) fn forget(&mut self) {
-        self.measured.clear();
-        self.camera = None;
+        self.past.measured.clear();
+        self.past.camera = None;
     }
 
     /// The factors of a photograph's linear colours.
     pub(crate) fn of(&self, id: &ImageId) -> [f32; 3] {
-        let logs = self.shown.get(id).copied().unwrap_or(self.level);
-        [0, 1, 2].map(|channel| (logs[channel] - self.level[channel]).exp() as f32)
+        let logs = self.past.shown.get(id).copied().unwrap_or(self.past.level);
+        [0, 1, 2].map(|channel| (logs[channel] - self.past.level[channel]).exp() as f32)
     }
 
     fn solve(
@@ -173,16 +180,16 @@ impl Gains {
 
     /// Moves what is shown towards what was solved.
     fn follow(&mut self, camera: &PosedCamera) {
-        let jumped = self.camera.replace(*camera).is_none_or(|before| {
+        let jumped = self.past.camera.replace(*camera).is_none_or(|before| {
             before.centre.distance(camera.centre) > JUMP_M
                 || before.forward().dot(camera.forward()) < JUMP_COSINE
         });
-        let shown = std::mem::take(&mut self.shown);
+        let shown = std::mem::take(&mut self.past.shown);
         let step = |(id, target): (&ImageId, &[f64; 3])| {
             let before = shown.get(id).filter(|_| !jumped);
             (id.clone(), before.map_or(*target, |before| towards(*before, *target)))
         };
-        self.shown = self.solved.iter().map(step).collect();
+        self.past.shown = self.past.solved.iter().map(step).collect();
     }
 }
 

@@ -99,8 +99,7 @@ pub(super) struct Cells {
     pub(super) ranks: wgpu::TextureView,
     pub(super) costs: [wgpu::TextureView; 2],
     pub(super) chosen: wgpu::TextureView,
-    /// Of this picture and of the one before it, by turns.
-    pub(super) settled: [wgpu::TextureView; 2],
+    pub(super) settled: wgpu::TextureView,
 }
 
 impl Cells {
@@ -114,34 +113,23 @@ impl Cells {
             + of(SIGHT_FORMAT, grid.tall(), MAX_RIGS)
             + of(RANK_FORMAT, grid.tall(), 1)
             + 2 * of(COST_FORMAT, grid.packed(), 1)
-            + 3 * inverse(grid.cells)
+            + 2 * inverse(grid.cells)
+    }
+
+    /// What [`super::Past::bytes`] is for a grid.
+    pub(super) fn bytes_of_past(grid: Grid) -> u64 {
+        memory::of_texels(INVERSE_FORMAT, grid.cells, 1)
     }
 
     /// Bytes on the device.
     pub(super) fn bytes(&self) -> u64 {
         let Self { rays, levels, places, sights, ranks, costs, chosen, settled, .. } = self;
-        let views = [rays, places, sights, ranks, chosen].into_iter().chain(costs).chain(settled);
+        let views = [rays, places, sights, ranks, chosen, settled].into_iter().chain(costs);
         levels.bytes() + views.map(|view| memory::of_texture(view.texture())).sum::<u64>()
     }
 
     pub(super) fn new(gpu: &Gpu, grid: Grid) -> Self {
-        let texture = |size: UVec2, layers, format| {
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("infer"),
-                size: wgpu::Extent3d {
-                    width: size.x,
-                    height: size.y,
-                    depth_or_array_layers: layers,
-                },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                    | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            })
-        };
+        let texture = |size, layers, format| texture(gpu, size, layers, format);
         let view = |size, format| texture(size, 1, format).create_view(&Default::default());
         let sights = texture(grid.tall(), MAX_RIGS, SIGHT_FORMAT);
         let of_rig = |rig| {
@@ -165,7 +153,25 @@ impl Cells {
             ranks: view(grid.tall(), RANK_FORMAT),
             costs: [view(grid.packed(), COST_FORMAT), view(grid.packed(), COST_FORMAT)],
             chosen: view(grid.cells, INVERSE_FORMAT),
-            settled: [view(grid.cells, INVERSE_FORMAT), view(grid.cells, INVERSE_FORMAT)],
+            settled: Self::inverses(gpu, grid),
         }
     }
+
+    /// A texture of one inverse range a cell.
+    pub(super) fn inverses(gpu: &Gpu, grid: Grid) -> wgpu::TextureView {
+        texture(gpu, grid.cells, 1, INVERSE_FORMAT).create_view(&Default::default())
+    }
+}
+
+fn texture(gpu: &Gpu, size: UVec2, layers: u32, format: wgpu::TextureFormat) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("infer"),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: layers },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
 }

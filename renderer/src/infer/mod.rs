@@ -18,7 +18,7 @@ use crate::shade::photograph::Drawn;
 use crate::surface::{ORIENTATION_FORMAT, PLACE_WGSL, POSITION_FORMAT};
 use crate::targets::Targets;
 use crate::tiles::{Shown, TilePass};
-use crate::{Gpu, lens, octahedral, shade};
+use crate::{Gpu, lens, memory, octahedral, shade};
 
 mod grid;
 pub(crate) mod reference;
@@ -97,6 +97,21 @@ pub(crate) fn sources() -> [(&'static str, String); 8] {
     ]
 }
 
+/// What is remembered of a picture for the next of whoever looks.
+#[derive(Debug)]
+pub(crate) struct Past {
+    camera: PosedCamera,
+    grid: Grid,
+    settled: wgpu::TextureView,
+}
+
+impl Past {
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        memory::of_texture(self.settled.texture())
+    }
+}
+
 /// The pipelines of this pass, and what it remembers of the picture before.
 #[derive(Debug)]
 pub(crate) struct InferPass {
@@ -110,7 +125,7 @@ pub(crate) struct InferPass {
     settle: ScreenPass,
     fill: ScreenPass,
     cells: Option<Cells>,
-    before: Option<PosedCamera>,
+    past: Option<Past>,
 }
 
 /// What depths are inferred from, beside the records of the picture.
@@ -156,43 +171,46 @@ impl InferPass {
             settle: pass(settle, &[INVERSE_FORMAT]),
             fill: pass(fill, &[POSITION_FORMAT, ORIENTATION_FORMAT]),
             cells: None,
-            before: None,
+            past: None,
         }
     }
 
     /// What [`InferPass::bytes`] is once a picture was drawn on `grid`.
     pub(crate) fn bytes_for(grid: Grid) -> u64 {
-        Cells::bytes_for(grid)
+        Cells::bytes_for(grid) + Cells::bytes_of_past(grid)
     }
 
     /// Bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
-        self.cells.as_ref().map_or(0, Cells::bytes)
+        self.cells.as_ref().map_or(0, Cells::bytes) + self.past.as_ref().map_or(0, Past::bytes)
     }
 
     /// Gives its textures back, but where they are those of `grid`.
     pub(crate) fn release_but(&mut self, grid: Option<Grid>) {
-        if self.cells.as_ref().map(|cells| cells.grid) != grid {
-            self.cells = None;
-            self.before = None;
-        }
+        self.cells.take_if(|cells| Some(cells.grid) != grid);
+        self.past.take_if(|past| Some(past.grid) != grid);
     }
 
     /// What the last picture was inferred from, and what came of it.
     #[cfg(test)]
     pub(crate) fn last_cells(&self) -> Option<LastCells<'_>> {
-        let cells = self.cells.as_ref()?;
+        let (cells, past) = (self.cells.as_ref()?, self.past.as_ref()?);
         Some(LastCells {
             rays: &cells.rays,
             diffused: cells.levels.whole(),
             sights: &cells.sight_of_rig,
-            settled: &cells.settled[0],
+            settled: &past.settled,
         })
     }
 
     /// Forgets the picture before.
     pub(crate) fn cut(&mut self) {
-        self.before = None;
+        self.past = None;
+    }
+
+    /// Remembers another picture than the one before, which is given back.
+    pub(crate) fn exchange(&mut self, past: Option<Past>) -> Option<Past> {
+        std::mem::replace(&mut self.past, past)
     }
 
     /// The records of `targets`: its geometry, completed by inferred places.
@@ -208,9 +226,9 @@ impl InferPass {
         self.release_but(Some(grid));
         let view = evidence.view;
         let cells = self.cells.get_or_insert_with(|| Cells::new(gpu, grid));
-        let before = self.before.replace(view.camera);
+        let past = self.past.take();
+        let before = past.as_ref().map(|past| past.camera);
         let before = before.filter(|b| b.centre.distance(view.eye()) < SAME_WALK_M);
-        cells.settled.reverse();
 
         let rigs = evidence.photographs.chunk_by(|a, b| a.rig == b.rig).count() as u32;
         let range_m = if evidence.extent_m > 0.0 { evidence.extent_m } else { LONE_BACKDROP_M };
@@ -269,7 +287,9 @@ impl InferPass {
         let [along_x, along_y] = &self.windows;
         along_x.draw(gpu, encoder, vec![inference.clone(), texture(costs)], &[costs_x]);
         along_y.draw(gpu, encoder, vec![inference.clone(), texture(costs_x)], &[costs]);
-        let [settled, settled_before] = &cells.settled;
+        let settled = &cells.settled;
+        // Where there is none before, it is not looked at.
+        let settled_before = past.as_ref().map_or(settled, |past| &past.settled);
         let bindings = vec![
             inference.clone(),
             texture(&cells.rays),
@@ -290,6 +310,11 @@ impl InferPass {
         ];
         let filled = &targets.records;
         self.fill.draw(gpu, encoder, bindings, &[&filled.positions, &filled.orientations]);
+
+        // By turns: what this picture was compared with is drawn into by the next.
+        let free = past.map_or_else(|| Cells::inverses(gpu, grid), |past| past.settled);
+        let settled = std::mem::replace(&mut cells.settled, free);
+        self.past = Some(Past { camera: view.camera, grid, settled });
     }
 }
 

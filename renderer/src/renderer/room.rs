@@ -35,7 +35,9 @@ impl Renderer {
             depth_maps: self.maps.bytes(),
             large_discs: self.splat_pass.bytes(),
             targets: self.targets.as_ref().map_or(0, Targets::bytes),
-            inference: self.infer_pass.bytes() + self.complete_pass.bytes(),
+            inference: self.infer_pass.bytes()
+                + self.histories.bytes()
+                + self.complete_pass.bytes(),
             alignment: self.align_pass.bytes(),
             sprites: self.forward_pass.as_ref().map_or(0, ForwardPass::bytes),
             gains: self.gains.bytes(),
@@ -46,6 +48,7 @@ impl Renderer {
     pub(super) fn yield_room(&mut self) {
         if self.memory().total() > self.settings.gpu_memory_bytes {
             self.targets = None;
+            self.histories.clear();
             self.infer_pass.release_but(None);
             self.complete_pass.release_but(None);
             self.align_pass.release_but(&self.gpu, None);
@@ -76,7 +79,10 @@ impl Renderer {
             + picture.aligning.map_or(self.align_pass.bytes(), AlignPass::bytes_for)
             + Gains::bytes_for(measured);
         let (held, most) = (self.memory().of_scene(), self.settings.gpu_memory_bytes);
-        let left = most.checked_sub(held + needed);
+        if held + needed + self.histories.bytes() > most {
+            self.histories.clear();
+        }
+        let left = most.checked_sub(held + needed + self.histories.bytes());
         let left = left.ok_or(RenderError::ViewMemory { needed, held, most })?;
         if let Some(pass) = self.forward_pass.as_mut().filter(|pass| pass.bytes() > left) {
             pass.release();

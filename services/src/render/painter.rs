@@ -21,15 +21,16 @@ const APPLYING: Duration = Duration::from_millis(25);
 /// … and as a share of what its budget is, where that is more.
 const APPLYING_SHARE: f64 = 0.5;
 
+/// Whose frames those are that picks alone are for: of no feeder, whose numbers count up from 0.
+const NOBODY: FeederId = FeederId::MAX;
+
 /// What the thread knows.
 pub(super) struct Painter {
     renderer: Renderer,
     options: RenderOptions,
     residents: Residents,
     visitors: HashMap<FeederId, Visitor>,
-    /// Whose frame was the last.
-    last: Option<FeederId>,
-    /// What that shows, as long as nothing has changed since.
+    /// What the last frame shows, as long as nothing has changed since.
     current: Option<(View, Mode)>,
 }
 
@@ -46,7 +47,7 @@ impl Painter {
     /// An empty scene on `renderer`.
     pub(super) fn new(renderer: Renderer, options: RenderOptions) -> Self {
         let (residents, visitors) = (Residents::default(), HashMap::new());
-        Self { renderer, options, residents, visitors, last: None, current: None }
+        Self { renderer, options, residents, visitors, current: None }
     }
 
     /// Obeys until nobody can give orders any more.
@@ -87,7 +88,6 @@ impl Painter {
 
         let began = Instant::now();
         let base = self.options.settings;
-        let follows = self.last.replace(feeder.id) == Some(feeder.id);
         let visitor = self.visitor(feeder, asked);
         let is_first = visitor.shown.replace(wanted.sequence) != Some(wanted.sequence);
         let hurries = is_first && !manner.patient;
@@ -95,7 +95,8 @@ impl Painter {
         let finished = manner.finish == Some(wanted.sequence) && !left && settings == base;
         self.renderer.set_settings(settings);
         // The last frame of a view depends on nothing but that view.
-        if finished || !follows {
+        self.renderer.look_as(feeder.id);
+        if finished {
             self.renderer.cut();
         }
         let frame = self.render(&wanted)?;
@@ -115,8 +116,8 @@ impl Painter {
 
     fn pick(&mut self, wanted: &Wanted, pixel: DVec2) -> Result<Option<Found>, RenderError> {
         if self.current != Some((wanted.view, wanted.mode)) {
-            // It is nobody's: the next frame of whoever had the last does not follow it.
-            self.last = None;
+            // It is nobody's: no frame follows it.
+            self.renderer.look_as(NOBODY);
             self.renderer.set_settings(self.options.settings);
             self.renderer.cut();
             self.render(wanted)?;
@@ -171,7 +172,7 @@ impl Painter {
 
     fn leave(&mut self, feeder: FeederId) {
         self.visitors.remove(&feeder);
-        self.last.take_if(|last| *last == feeder);
+        self.renderer.forget_viewer(feeder);
         for update in self.residents.leave(feeder) {
             self.drop_resident(update);
         }
