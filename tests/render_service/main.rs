@@ -129,7 +129,8 @@ async fn a_still_is_what_flaneur_render_makes() {
     let greys: Vec<u8> = plan.pixels().map(|pixel| pixel.0[0]).collect();
     let (least, most) = (greys.iter().min(), greys.iter().max());
     assert!(least < most && plan.pixels().all(|p| p.0[0] == p.0[1]), "{least:?} {most:?}");
-    assert!(served.stop().success());
+    let status = served.stop();
+    assert!(status.success(), "{status}");
 }
 
 #[tokio::test(flavor = "multi_thread")]

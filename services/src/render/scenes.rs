@@ -53,14 +53,10 @@ pub(super) struct Visit {
 }
 
 impl Scenes {
-    pub(super) fn new(
-        servers: Servers,
-        gpu: Gpu,
-        options: Arc<RenderOptions>,
-    ) -> std::io::Result<Self> {
-        let spare = Some(Stage::start(&gpu, &options)?);
+    pub(super) fn new(servers: Servers, gpu: Gpu, options: Arc<RenderOptions>) -> Self {
+        let spare = Some(Stage::start(&gpu, &options));
         let open = Mutex::new(Open { gpu, by_name: HashMap::new(), spare, uses: 0 });
-        Ok(Self { servers, options, open })
+        Self { servers, options, open }
     }
 
     /// The scene as it is published now.
@@ -91,8 +87,7 @@ impl Scenes {
             .map_err(|e| refuse::of_stream(&e))?;
         let stage = match open.spare.take() {
             Some(stage) => stage,
-            None => Stage::start(&open.gpu, &self.options)
-                .map_err(|e| Status::resource_exhausted(format!("no thread is left: {e}")))?,
+            None => Stage::start(&open.gpu, &self.options),
         };
         let scene = Arc::new(OpenScene { streamer, stage, feeders: AtomicU64::new(0) });
         let entry = Entry { scene: Arc::clone(&scene), used: uses };

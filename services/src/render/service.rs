@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use flaneur_proto::{FieldError, v1};
-use flaneur_renderer::{Gpu, RenderError};
+use flaneur_renderer::Gpu;
 use flaneur_streamer::Servers;
 use glam::DVec2;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
@@ -46,15 +46,13 @@ pub struct Rendering {
 
 impl Rendering {
     /// Renders the scenes that `servers` have. Where the machine has no driver every call is answered
-    /// UNAVAILABLE, with the remedy. Takes a moment: the driver is opened.
+    /// UNAVAILABLE, with the remedy. Takes a moment: the driver is opened. To be called in a runtime.
     pub fn new(servers: impl Into<Servers>, options: RenderOptions) -> Self {
         let options = Arc::new(options);
         let gpu = Gpu::new();
         let adapter = gpu.as_ref().ok().map(|gpu| Arc::from(gpu.adapter_name()));
-        let scenes = gpu.and_then(|gpu| {
-            let scenes = Scenes::new(servers.into(), gpu, Arc::clone(&options));
-            scenes.map(Arc::new).map_err(|e| RenderError::Driver(e.to_string()))
-        });
+        let scenes =
+            gpu.map(|gpu| Arc::new(Scenes::new(servers.into(), gpu, Arc::clone(&options))));
         let scenes = scenes.map_err(|error| Arc::from(error.to_string()));
         let places = Arc::new(Semaphore::new(options.sessions));
         let picks = Arc::new(Semaphore::new(PICKS));

@@ -64,8 +64,11 @@ pub(super) struct Found {
 }
 
 impl Stage {
-    /// Starts the thread. Shaders are compiled there.
-    pub(super) fn start(gpu: &Gpu, options: &RenderOptions) -> std::io::Result<Self> {
+    /// Starts the thread, in a runtime. Shaders are compiled there.
+    ///
+    /// It is one of the runtime's own, whose end waits for it: a driver that works while the process
+    /// ends crashes.
+    pub(super) fn start(gpu: &Gpu, options: &RenderOptions) -> Self {
         let (orders, received) = mpsc::unbounded_channel();
         let (gpu, options) = (gpu.clone(), options.clone());
         let run = move || {
@@ -75,8 +78,8 @@ impl Stage {
             }
             Painter::new(renderer, options).follow(received);
         };
-        std::thread::Builder::new().name("render".to_owned()).spawn(run)?;
-        Ok(Self { orders })
+        drop(tokio::task::spawn_blocking(run));
+        Self { orders }
     }
 
     /// Brings some of what `feeder` has waiting to the device.
