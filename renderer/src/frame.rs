@@ -78,16 +78,19 @@ impl Surface {
         matches!(self, Self::MeshColoured | Self::PointColoured)
     }
 
+    /// In the order of their codes.
+    const ALL: [Self; 7] = [
+        Self::Background,
+        Self::MeshUncoloured,
+        Self::MeshColoured,
+        Self::PointUncoloured,
+        Self::PointColoured,
+        Self::Completed,
+        Self::Inferred,
+    ];
+
     fn from_code(code: u8) -> Self {
-        match code {
-            1 => Self::MeshUncoloured,
-            2 => Self::MeshColoured,
-            3 => Self::PointUncoloured,
-            4 => Self::PointColoured,
-            5 => Self::Completed,
-            6 => Self::Inferred,
-            _ => Self::Background,
-        }
+        Self::ALL.get(usize::from(code)).copied().unwrap_or(Self::Background)
     }
 }
 
@@ -129,12 +132,11 @@ impl FrameStats {
 impl Frame {
     /// The picture whose alpha holds [`Surface`] codes, as the shading pass leaves it.
     pub(crate) fn from_coded(size: UVec2, mut rgba: Vec<u8>, stats: FrameStats) -> Self {
-        let mut surfaces = Vec::with_capacity(rgba.len() / 4);
-        for alpha in rgba.iter_mut().skip(3).step_by(4) {
-            let surface = Surface::from_code(*alpha);
-            surfaces.push(surface);
-            *alpha = 255;
-        }
+        let (pixels, _) = rgba.as_chunks_mut::<4>();
+        let surfaces: Vec<Surface> = pixels
+            .iter_mut()
+            .map(|[.., alpha]| Surface::from_code(std::mem::replace(alpha, 255)))
+            .collect();
         let stats = stats.counting(&surfaces);
         Self { size, rgba, surfaces, stats }
     }

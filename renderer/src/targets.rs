@@ -147,10 +147,14 @@ impl Targets {
 
     /// Waits for the device and gives the picture, four bytes a pixel, rows from the top.
     pub(crate) fn read_picture(&self, gpu: &Gpu) -> Result<Vec<u8>, RenderError> {
-        let padded = read_back(gpu, &self.readback)?;
         let row = 4 * self.picture_size.x as usize;
-        let rows = padded.chunks_exact(row_bytes(self.picture_size) as usize);
-        Ok(rows.flat_map(|padded| &padded[..row]).copied().collect())
+        let mut picture = Vec::with_capacity(row * self.picture_size.y as usize);
+        read_with(gpu, &self.readback, |padded| {
+            for padded in padded.chunks_exact(row_bytes(self.picture_size) as usize) {
+                picture.extend_from_slice(&padded[..row]);
+            }
+        })?;
+        Ok(picture)
     }
 }
 
@@ -161,6 +165,17 @@ fn row_bytes(size: UVec2) -> u32 {
 
 /// Waits for the device and copies the buffer out.
 pub(crate) fn read_back(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, RenderError> {
+    let mut bytes = Vec::new();
+    read_with(gpu, buffer, |mapped| bytes.extend_from_slice(mapped))?;
+    Ok(bytes)
+}
+
+/// Waits for the device and lets what the buffer holds be read.
+fn read_with(
+    gpu: &Gpu,
+    buffer: &wgpu::Buffer,
+    read: impl FnOnce(&[u8]),
+) -> Result<(), RenderError> {
     let (sender, receiver) = std::sync::mpsc::channel();
     buffer.map_async(wgpu::MapMode::Read, .., move |result| {
         // The receiver outlives the wait below.
@@ -173,12 +188,13 @@ pub(crate) fn read_back(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, Ren
     // a moment after this one's ended.
     match receiver.recv() {
         Ok(Ok(())) => {
-            let bytes = buffer
+            let mapped = buffer
                 .get_mapped_range(..)
-                .map_err(|error| RenderError::Driver(error.to_string()))?
-                .to_vec();
+                .map_err(|error| RenderError::Driver(error.to_string()))?;
+            read(&mapped);
+            drop(mapped);
             buffer.unmap();
-            Ok(bytes)
+            Ok(())
         }
         Ok(Err(error)) => Err(RenderError::Driver(error.to_string())),
         Err(error) => Err(RenderError::Driver(error.to_string())),
