@@ -67,7 +67,7 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("REACH", align::reference::AROUND.into(), "pattern"),
         ("REACH", align::reference::WINDOW.into(), "along"),
         ("REACH", align::reference::WINDOW.into(), "solve"),
-        ("ALIKE", align::reference::OTHER, "products"),
+        ("ALIKE", align::reference::OTHER, "along"),
         ("ALIKE", align::reference::ALIKE, "solve"),
         ("NOISE", align::reference::NOISE, "solve"),
         ("LONGEST", align::reference::LONGEST, "solve"),

@@ -4,6 +4,8 @@
 //! write goes through the device's output stage, which software devices do many pixels at a
 //! time.
 
+use glam::UVec2;
+
 use crate::Gpu;
 
 /// A triangle over the whole viewport as `vs`, to be put before the shaders of such passes.
@@ -11,6 +13,22 @@ pub(crate) const WHOLE_WGSL: &str = include_str!("screen.wgsl");
 
 /// The resources of a pass, bound in their order from 0.
 pub(crate) type Bindings<'a> = Vec<wgpu::BindingResource<'a>>;
+
+/// A part of a target, texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Region {
+    pub(crate) origin: UVec2,
+    pub(crate) size: UVec2,
+}
+
+impl Region {
+    /// Has what follows drawn there alone.
+    pub(crate) fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
+        let ([x, y], [width, height]) = (self.origin.to_array(), self.size.to_array());
+        pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+        pass.set_scissor_rect(x, y, width, height);
+    }
+}
 
 /// A pipeline with the entry points `vs` and `fs`.
 #[derive(Debug)]
@@ -76,16 +94,29 @@ impl ScreenPass {
         bindings: Bindings<'_>,
         targets: &[&wgpu::TextureView],
     ) {
-        let entries: Vec<_> = bindings
-            .into_iter()
-            .zip(0..)
-            .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(self.label),
-            layout: &self.pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
+        self.draw_parts(gpu, encoder, vec![(None, bindings)], targets);
+    }
+
+    /// Fills parts of all of `targets`, each with bindings of its own; what is in none is 0.
+    pub(crate) fn draw_parts(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        parts: Vec<(Option<Region>, Bindings<'_>)>,
+        targets: &[&wgpu::TextureView],
+    ) {
+        let group = |bindings: Bindings<'_>| {
+            let entries: Vec<_> = bindings
+                .into_iter()
+                .zip(0..)
+                .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
+                .collect();
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(self.label),
+                layout: &self.pipeline.get_bind_group_layout(0),
+                entries: &entries,
+            })
+        };
         let attachments: Vec<_> = targets
             .iter()
             .map(|view| {
@@ -106,7 +137,12 @@ impl ScreenPass {
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &bind_group, &[]);
-        pass.draw(0..3, 0..1);
+        for (region, bindings) in parts {
+            if let Some(region) = region {
+                region.set(&mut pass);
+            }
+            pass.set_bind_group(0, &group(bindings), &[]);
+            pass.draw(0..3, 0..1);
+        }
     }
 }

@@ -159,7 +159,7 @@ fn mirrors_have_the_layout_of_their_shaders() {
         solve,
         "Alignment",
         align::gpu_data::Alignment,
-        [cells, step, coarser_step, share, padding_0, padding_1, padding_2]
+        [cells, origin, step, coarser_step, share, across]
     );
     let (_, turn) = align("turn").expect("a shader");
     assert_mirrors!(turn, "Axes", align::gpu_data::Axes, [right, padding_0, down, padding_1]);

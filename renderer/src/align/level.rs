@@ -2,7 +2,8 @@
 
 use glam::UVec2;
 
-use crate::infer::{Grid, RANK_FORMAT, SIGHT_FORMAT};
+use crate::infer::Grid;
+use crate::screen::Region;
 use crate::{Gpu, memory};
 
 pub(super) const WARPED_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -14,13 +15,10 @@ pub(super) const DISPLACEMENT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat:
 #[derive(Debug)]
 pub(super) struct Level {
     pub(super) grid: Grid,
-    pub(super) sights: [wgpu::TextureView; 2],
-    pub(super) ranks: wgpu::TextureView,
-    /// What stands out of its surroundings, of both.
-    pub(super) patterns: wgpu::TextureView,
+    /// Where it lies in the [`Sheet`](super::sheet::Sheet).
+    pub(super) region: Region,
     pub(super) warped: wgpu::TextureView,
     pub(super) displaced: wgpu::TextureView,
-    pub(super) products: [wgpu::TextureView; 2],
     pub(super) sums: [wgpu::TextureView; 2],
     pub(super) solved: wgpu::TextureView,
     pub(super) smoothed: wgpu::TextureView,
@@ -30,33 +28,28 @@ impl Level {
     /// What [`Level::bytes`] is for a grid.
     pub(super) fn bytes_for(grid: Grid) -> u64 {
         let of = |format| memory::of_texels(format, grid.cells, 1);
-        2 * of(SIGHT_FORMAT)
-            + of(RANK_FORMAT)
-            + 2 * of(WARPED_FORMAT)
+        of(WARPED_FORMAT)
             + 2 * of(DISPLACEMENT_FORMAT)
-            + 2 * (of(FOUR_FORMAT) + of(TWO_FORMAT))
+            + of(FOUR_FORMAT)
+            + of(TWO_FORMAT)
             + of(SOLVED_FORMAT)
     }
 
     /// Bytes on the device.
     pub(super) fn bytes(&self) -> u64 {
-        let Self { sights, ranks, patterns, warped, displaced, .. } = self;
-        let Self { products, sums, solved, smoothed, .. } = self;
-        let views = [ranks, patterns, warped, displaced, solved, smoothed].into_iter();
-        let views = views.chain(sights).chain(products).chain(sums);
+        let Self { warped, displaced, sums, solved, smoothed, .. } = self;
+        let views = [warped, displaced, solved, smoothed].into_iter();
+        let views = views.chain(sums);
         views.map(|view| memory::of_texture(view.texture())).sum()
     }
 
-    pub(super) fn new(gpu: &Gpu, grid: Grid) -> Self {
+    pub(super) fn new(gpu: &Gpu, grid: Grid, region: Region) -> Self {
         let view = |format| texture(gpu, grid.cells, format);
         Self {
             grid,
-            sights: [view(SIGHT_FORMAT), view(SIGHT_FORMAT)],
-            ranks: view(RANK_FORMAT),
-            patterns: view(WARPED_FORMAT),
+            region,
             warped: view(WARPED_FORMAT),
             displaced: view(DISPLACEMENT_FORMAT),
-            products: [view(FOUR_FORMAT), view(TWO_FORMAT)],
             sums: [view(FOUR_FORMAT), view(TWO_FORMAT)],
             solved: view(SOLVED_FORMAT),
             smoothed: view(DISPLACEMENT_FORMAT),

@@ -13,8 +13,8 @@ use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
 use crate::depth_map::DepthMaps;
-use crate::infer::{Evidence, Grid, RECORDS, SightPass, Sights, UNIFORM, texture_of};
-use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass};
+use crate::infer::{Evidence, Grid, Part, RECORDS, SightPass, Sights, UNIFORM, texture_of};
+use crate::screen::{Region, ScreenPass, WHOLE_WGSL, screen_pass};
 use crate::shade::photograph::Drawn;
 use crate::targets::Targets;
 use crate::tiles::Tiled;
@@ -22,10 +22,12 @@ use crate::{Gpu, infer, memory, shade};
 
 mod level;
 pub(crate) mod reference;
+mod sheet;
 #[cfg(test)]
 mod tests;
 
 use level::{DISPLACEMENT_FORMAT, FOUR_FORMAT, Level, SOLVED_FORMAT, TWO_FORMAT, WARPED_FORMAT};
+use sheet::Sheet;
 
 const LUCAS_KANADE_WGSL: &str = include_str!("lucas_kanade.wgsl");
 const ALIGNMENT_WGSL: &str = include_str!("alignment.wgsl");
@@ -54,12 +56,11 @@ pub(crate) mod gpu_data {
     #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
     pub(crate) struct Alignment {
         pub(crate) cells: [u32; 2],
+        pub(crate) origin: [u32; 2],
         pub(crate) step: f32,
         pub(crate) coarser_step: f32,
         pub(crate) share: f32,
-        pub(crate) padding_0: u32,
-        pub(crate) padding_1: u32,
-        pub(crate) padding_2: u32,
+        pub(crate) across: u32,
     }
 
     /// Mirrors `Axes` in turn.wgsl.
@@ -74,7 +75,7 @@ pub(crate) mod gpu_data {
 }
 
 /// Every shader of this pass, by name.
-pub(crate) fn sources() -> [(&'static str, String); 9] {
+pub(crate) fn sources() -> [(&'static str, String); 8] {
     let whole = WHOLE_WGSL;
     let sight = include_str!("sight.wgsl");
     [
@@ -89,10 +90,9 @@ pub(crate) fn sources() -> [(&'static str, String); 9] {
             ]
             .concat(),
         ),
-        ("pair", [whole, include_str!("pair.wgsl")].concat()),
-        ("pattern", [whole, include_str!("pattern.wgsl")].concat()),
+        ("pair", [ALIGNMENT_WGSL, whole, include_str!("pair.wgsl")].concat()),
+        ("pattern", [ALIGNMENT_WGSL, whole, include_str!("pattern.wgsl")].concat()),
         ("warp", [ALIGNMENT_WGSL, whole, include_str!("warp.wgsl")].concat()),
-        ("products", [whole, include_str!("products.wgsl")].concat()),
         ("along", [whole, include_str!("along.wgsl")].concat()),
         ("solve", [ALIGNMENT_WGSL, LUCAS_KANADE_WGSL, whole, include_str!("solve.wgsl")].concat()),
         ("smooth", [whole, include_str!("smooth.wgsl")].concat()),
@@ -129,20 +129,20 @@ pub(crate) struct AlignPass {
     pair: ScreenPass,
     pattern: ScreenPass,
     warp: ScreenPass,
-    products: ScreenPass,
     along: ScreenPass,
     solve: ScreenPass,
     smooth: ScreenPass,
     turn: ScreenPass,
     /// Finest first.
     levels: Vec<Level>,
+    sheet: Option<Sheet>,
     nowhere: wgpu::TextureView,
     offsets: wgpu::TextureView,
 }
 
 impl AlignPass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let [(_, sight), pair, pattern, warp, products, along, solve, smooth, turn] = sources();
+        let [(_, sight), pair, pattern, warp, along, solve, smooth, turn] = sources();
         let pass = |(label, wgsl): (&'static str, String), formats: &[wgpu::TextureFormat]| {
             screen_pass(gpu, label, &wgsl, formats)
         };
@@ -156,12 +156,12 @@ impl AlignPass {
             pair: pass(pair, &[WARPED_FORMAT]),
             pattern: pass(pattern, &[WARPED_FORMAT]),
             warp: pass(warp, &[WARPED_FORMAT, DISPLACEMENT_FORMAT]),
-            products: pass(products, &[FOUR_FORMAT, TWO_FORMAT]),
             along: pass(along, &[FOUR_FORMAT, TWO_FORMAT]),
             solve: pass(solve, &[SOLVED_FORMAT]),
             smooth: pass(smooth, &[DISPLACEMENT_FORMAT]),
             turn: pass(turn, &[OFFSET_FORMAT]),
             levels: Vec::new(),
+            sheet: None,
             nowhere: one(DISPLACEMENT_FORMAT),
             offsets: one(OFFSET_FORMAT),
         }
@@ -169,8 +169,11 @@ impl AlignPass {
 
     /// What [`AlignPass::bytes`] is once a picture was drawn on `finest`.
     pub(crate) fn bytes_for(finest: Grid) -> u64 {
-        let levels = levels(finest).into_iter().map(Level::bytes_for).sum::<u64>();
+        let grids = levels(finest);
+        let sheet = Sheet::bytes_for(&grids);
+        let levels = grids.into_iter().map(Level::bytes_for).sum::<u64>();
         levels
+            + sheet
             + memory::of_texels(OFFSET_FORMAT, finest.cells, 1)
             + memory::of_texels(DISPLACEMENT_FORMAT, glam::UVec2::ONE, 1)
     }
@@ -179,13 +182,15 @@ impl AlignPass {
     pub(crate) fn bytes(&self) -> u64 {
         let levels = self.levels.iter().map(Level::bytes).sum::<u64>();
         let views = [&self.nowhere, &self.offsets].map(|view| memory::of_texture(view.texture()));
-        levels + views.iter().sum::<u64>()
+        let sheet = self.sheet.as_ref().map_or(0, Sheet::bytes);
+        levels + sheet + views.iter().sum::<u64>()
     }
 
     /// Gives its textures back, but where they are those of `finest`.
     pub(crate) fn release_but(&mut self, gpu: &Gpu, finest: Option<Grid>) {
         if self.levels.first().is_some_and(|level| Some(level.grid) != finest) {
             self.levels.clear();
+            self.sheet = None;
             // Bound in any case, so never without.
             self.offsets = level::texture(gpu, glam::UVec2::ONE, OFFSET_FORMAT);
         }
@@ -219,44 +224,60 @@ impl AlignPass {
         let frame = uniform(bytemuck::bytes_of(evidence.frame));
         let texture = wgpu::BindingResource::TextureView;
         let (map_mesh, map_points) = (maps.mesh_view(), maps.points_view());
-        let mut coarser: (&wgpu::TextureView, u32) = (&self.nowhere, u32::MAX);
-        for level in self.levels.iter().rev() {
-            let alignment = uniform(bytemuck::bytes_of(&gpu_data::Alignment {
-                cells: level.grid.cells.to_array(),
-                step: level.grid.step as f32,
-                coarser_step: coarser.1 as f32,
-                share: shares.nearest as f32,
-                padding_0: 0,
-                padding_1: 0,
-                padding_2: 0,
-            }));
-            let sights = Sights {
-                inputs: vec![
+        let sheet = self.sheet.as_ref()?;
+        // Each level's, for the first rig and for the second, which lies beside it.
+        let alignments: Vec<[wgpu::Buffer; 2]> = self
+            .levels
+            .iter()
+            .zip(coarser_steps(&self.levels))
+            .map(|(level, coarser_step)| {
+                [0, sheet.across()].map(|aside| {
+                    uniform(bytemuck::bytes_of(&gpu_data::Alignment {
+                        cells: level.grid.cells.to_array(),
+                        origin: (level.region.origin + UVec2::new(aside, 0)).to_array(),
+                        step: level.grid.step as f32,
+                        coarser_step: coarser_step as f32,
+                        share: shares.nearest as f32,
+                        across: sheet.across(),
+                    }))
+                })
+            })
+            .collect();
+        let mut parts = Vec::new();
+        for (level, of_rigs) in self.levels.iter().zip(&alignments) {
+            for (rig, alignment) in of_rigs.iter().enumerate() {
+                let aside = UVec2::new(rig as u32 * sheet.across(), 0);
+                let region = Region { origin: level.region.origin + aside, ..level.region };
+                let inputs = vec![
                     (0, frame.as_entire_binding()),
                     (1, texture(&targets.records.positions)),
                     (2, texture(&targets.records.orientations)),
                     (3, texture(&map_mesh)),
                     (4, texture(&map_points)),
                     (6, alignment.as_entire_binding()),
-                ],
-                rigs: &level.sights,
-                ranks: &level.ranks,
-                tiles: &tiles,
-            };
-            self.sight.draw(gpu, encoder, evidence, sights);
-            let [first, second] = &level.sights;
-            let both = vec![texture(first), texture(second)];
-            self.pair.draw(gpu, encoder, both, &[&level.warped]);
-            let bindings = vec![texture(first), texture(second), texture(&level.warped)];
-            self.pattern.draw(gpu, encoder, bindings, &[&level.patterns]);
+                ];
+                parts.push(Part { rig, region: Some(region), inputs });
+            }
+        }
+        let sights = Sights { shown: &sheet.sights, ranks: &sheet.ranks, parts };
+        self.sight.draw(gpu, encoder, evidence, &tiles, sights);
+        let (mut pairs, mut patterns) = (Vec::new(), Vec::new());
+        for (level, [alignment, _]) in self.levels.iter().zip(&alignments) {
+            let region = Some(level.region);
+            let alignment = alignment.as_entire_binding();
+            let read = vec![alignment, texture(&sheet.sights)];
+            patterns.push((region, [&read[..], &[texture(&sheet.sums)]].concat()));
+            pairs.push((region, read));
+        }
+        self.pair.draw_parts(gpu, encoder, pairs, &[&sheet.sums]);
+        self.pattern.draw_parts(gpu, encoder, patterns, &[&sheet.patterns]);
+        let mut coarser = &self.nowhere;
+        for (level, [alignment, _]) in self.levels.iter().zip(&alignments).rev() {
             let bindings =
-                vec![alignment.as_entire_binding(), texture(&level.patterns), texture(coarser.0)];
+                vec![alignment.as_entire_binding(), texture(&sheet.patterns), texture(coarser)];
             self.warp.draw(gpu, encoder, bindings, &[&level.warped, &level.displaced]);
-            let [four, two] = &level.products;
-            self.products.draw(gpu, encoder, vec![texture(&level.warped)], &[four, two]);
-            let bindings = vec![texture(four), texture(two)];
             let [four, two] = &level.sums;
-            self.along.draw(gpu, encoder, bindings, &[four, two]);
+            self.along.draw(gpu, encoder, vec![texture(&level.warped)], &[four, two]);
             let bindings = vec![
                 alignment.as_entire_binding(),
                 texture(four),
@@ -266,10 +287,10 @@ impl AlignPass {
             self.solve.draw(gpu, encoder, bindings, &[&level.solved]);
             let bindings = vec![texture(&level.solved)];
             self.smooth.draw(gpu, encoder, bindings, &[&level.smoothed]);
-            coarser = (&level.smoothed, level.grid.step);
+            coarser = &level.smoothed;
         }
         let axes = uniform(bytemuck::bytes_of(&axes(evidence.view)));
-        let bindings = vec![axes.as_entire_binding(), texture(coarser.0)];
+        let bindings = vec![axes.as_entire_binding(), texture(coarser)];
         self.turn.draw(gpu, encoder, bindings, &[&self.offsets]);
         Some(shares)
     }
@@ -284,13 +305,16 @@ impl AlignPass {
         self.levels.first().map_or(1, |level| level.grid.step)
     }
 
-    /// The textures of each level, finest first: what both rigs show, and the displacement.
+    /// What both rigs show of all levels, and where: how far to the right the second is.
     #[cfg(test)]
-    pub(crate) fn last_levels(&self) -> impl Iterator<Item = (Grid, [&wgpu::TextureView; 3])> {
-        self.levels.iter().map(|level| {
-            let [first, second] = &level.sights;
-            (level.grid, [first, second, &level.smoothed])
-        })
+    pub(crate) fn last_sights(&self) -> Option<(&wgpu::TextureView, u32)> {
+        self.sheet.as_ref().map(|sheet| (&sheet.sights, sheet.across()))
+    }
+
+    /// Each level, finest first: where it lies in what both show, and the displacement.
+    #[cfg(test)]
+    pub(crate) fn last_levels(&self) -> impl Iterator<Item = (Grid, UVec2, &wgpu::TextureView)> {
+        self.levels.iter().map(|level| (level.grid, level.region.origin, &level.smoothed))
     }
 
     fn resize(&mut self, gpu: &Gpu, view: &View) -> Option<()> {
@@ -298,7 +322,11 @@ impl AlignPass {
         let finest = Grid::alone(view.size(), max_side)?;
         if self.levels.first().is_none_or(|level| level.grid != finest) {
             self.offsets = level::texture(gpu, finest.cells, OFFSET_FORMAT);
-            self.levels = levels(finest).into_iter().map(|grid| Level::new(gpu, grid)).collect();
+            let grids = levels(finest);
+            let regions = sheet::regions(&grids);
+            self.sheet = Some(Sheet::new(gpu, &grids));
+            let levels = std::iter::zip(grids, regions);
+            self.levels = levels.map(|(grid, region)| Level::new(gpu, grid, region)).collect();
         }
         Some(())
     }
@@ -313,6 +341,11 @@ pub(crate) fn grids(picture: UVec2, max_side: u32) -> Vec<Grid> {
 fn levels(finest: Grid) -> Vec<Grid> {
     let grids = (0..LEVELS).map(|times| finest.coarser(times));
     grids.filter(|g| *g == finest || g.cells.min_element() >= LEAST_CELLS).collect()
+}
+
+/// Of each level the step of the one that is coarser.
+fn coarser_steps(levels: &[Level]) -> impl Iterator<Item = u32> {
+    levels.iter().skip(1).map(|level| level.grid.step).chain([u32::MAX])
 }
 
 /// Gives each photograph of the two nearest rigs its share of the offsets. The others, which show

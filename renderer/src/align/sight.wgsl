@@ -20,9 +20,9 @@ fn tile(@builtin(vertex_index) index: u32, @location(0) tile: u32) -> Corner {
 @fragment
 fn fs(corner: Corner) -> Sight {
     take(corner);
-    let at = corner.position;
+    let at = corner.position.xy - vec2<f32>(alignment.origin);
     var sight: Sight;
-    let pixel = min(vec2<i32>(at.xy * alignment.step), vec2<i32>(frame.size) - 1);
+    let pixel = min(vec2<i32>(at * alignment.step), vec2<i32>(frame.size) - 1);
     let orientation = textureLoad(orientations, pixel, 0).xy;
     let place = unpacked(textureLoad(positions, pixel, 0), orientation);
     if place.kind == SHOWS_NOTHING {

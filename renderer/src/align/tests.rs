@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::level::Level;
 use super::reference::lucas_kanade;
+use super::sheet::{Sheet, regions};
 use super::{LUCAS_KANADE_WGSL, Shares};
 use crate::infer::Grid;
 use crate::kernel_tests::{gpu, run};
@@ -95,5 +96,15 @@ fn shares_change_little_by_little() {
 #[test]
 fn bytes_are_known_before_they_are_taken() {
     let grid = Grid::alone(glam::UVec2::new(333, 222), 8192).expect("a grid");
-    assert_eq!(Level::new(gpu(), grid).bytes(), Level::bytes_for(grid));
+    let grids = super::levels(grid);
+    let regions = regions(&grids);
+    assert_eq!(Level::new(gpu(), grid, regions[0]).bytes(), Level::bytes_for(grid));
+    assert_eq!(Sheet::new(gpu(), &grids).bytes(), Sheet::bytes_for(&grids));
+    // None lies upon another.
+    for (i, a) in regions.iter().enumerate() {
+        for b in &regions[..i] {
+            let beside = (a.origin + a.size).cmple(b.origin) | (b.origin + b.size).cmple(a.origin);
+            assert!(beside.any(), "{a:?} {b:?}");
+        }
+    }
 }

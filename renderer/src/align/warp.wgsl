@@ -16,17 +16,26 @@ struct Warped {
 fn fs(@builtin(position) at: vec4<f32>) -> Warped {
     var warped: Warped;
     let between = at.xy * alignment.step / alignment.coarser_step;
-    warped.displacement = bilinear(coarser, between).xy;
+    let whole = vec2<i32>(textureDimensions(coarser));
+    warped.displacement = bilinear(coarser, vec2(0), whole, between).xy;
     let moved = warped.displacement / alignment.step;
-    let a = bilinear(patterns, at.xy - alignment.share * moved).xz;
-    let b = bilinear(patterns, at.xy + (1.0 - alignment.share) * moved).yz;
+    let origin = vec2<i32>(alignment.origin);
+    let cells = vec2<i32>(alignment.cells);
+    let a = bilinear(patterns, origin, cells, at.xy - alignment.share * moved).xz;
+    let b = bilinear(patterns, origin, cells, at.xy + (1.0 - alignment.share) * moved).yz;
     // Beside what one does not see, its values are those of no place.
     warped.seen = vec4(a.x, b.x, select(0.0, 1.0, min(a.y, b.y) > 0.99), 0.0);
     return warped;
 }
 
-fn bilinear(image: texture_2d<f32>, position: vec2<f32>) -> vec4<f32> {
-    let limit = vec2<i32>(textureDimensions(image)) - 1;
+// Of the texels from `origin` on, `size` of them: at a position among those.
+fn bilinear(
+    image: texture_2d<f32>,
+    origin: vec2<i32>,
+    size: vec2<i32>,
+    position: vec2<f32>,
+) -> vec4<f32> {
+    let limit = size - 1;
     let between = clamp(position - 0.5, vec2(0.0), vec2<f32>(limit));
     let low = floor(between);
     let t = between - low;
@@ -34,7 +43,8 @@ fn bilinear(image: texture_2d<f32>, position: vec2<f32>) -> vec4<f32> {
     for (var i = 0u; i < 4u; i++) {
         let step = vec2<f32>(vec2(i & 1u, i >> 1u));
         let weight = mix(1.0 - t, t, step);
-        sum += weight.x * weight.y * textureLoad(image, min(vec2<i32>(low + step), limit), 0);
+        let texel = origin + min(vec2<i32>(low + step), limit);
+        sum += weight.x * weight.y * textureLoad(image, texel, 0);
     }
     return sum;
 }

@@ -30,7 +30,7 @@ use grid::{COST_FORMAT, Cells, INVERSE_FORMAT};
 pub(crate) use grid::{Grid, MAX_RIGS};
 use grid::{KNOWN_FORMAT, RAY_FORMAT};
 pub(crate) use grid::{RANK_FORMAT, SIGHT_FORMAT};
-pub(crate) use sight::{BRIGHTNESS_WGSL, RECORDS, SightPass, Sights, UNIFORM, texture_of};
+pub(crate) use sight::{BRIGHTNESS_WGSL, Part, RECORDS, SightPass, Sights, UNIFORM, texture_of};
 
 const INFERENCE_WGSL: &str = include_str!("inference.wgsl");
 
@@ -269,17 +269,16 @@ impl InferPass {
         let boxes = tile_pass.boxes(gpu, encoder, shown);
         let tiles = tile_pass.lists(gpu, encoder, asked, false, &boxes);
         if let Some(tiles) = &tiles {
-            let sights = Sights {
-                inputs: vec![
+            for (rig, shown) in cells.sight_of_rig.iter().enumerate().take(rigs as usize) {
+                let inputs = vec![
                     (0, frame.as_entire_binding()),
                     (1, texture(&cells.places)),
                     (6, inference.clone()),
-                ],
-                rigs: &cells.sight_of_rig,
-                ranks: &cells.ranks,
-                tiles,
-            };
-            self.sight.draw(gpu, encoder, evidence, sights);
+                ];
+                let parts = vec![Part { rig, region: None, inputs }];
+                let sights = Sights { shown, ranks: &cells.ranks, parts };
+                self.sight.draw(gpu, encoder, evidence, tiles, sights);
+            }
         }
         let [costs, costs_x] = &cells.costs;
         let bindings = vec![inference.clone(), texture(&cells.sights)];

@@ -9,6 +9,7 @@ use wgpu::util::DeviceExt as _;
 use super::Evidence;
 use super::grid::{RANK_FORMAT, SIGHT_FORMAT};
 use crate::Gpu;
+use crate::screen::Region;
 use crate::shade::photograph::{Drawn, Kind, gpu_data::Photograph};
 use crate::shade::{self, PHOTOGRAPH_STRIDE};
 use crate::tiles::{TILE_ATTRIBUTE, TileLists};
@@ -22,16 +23,25 @@ pub(crate) struct SightPass {
     pipelines: Mutex<BTreeMap<Kind, wgpu::RenderPipeline>>,
 }
 
-/// What a draw reads beside the photographs, and where it draws.
+/// What is drawn in one pass.
 #[derive(Debug)]
 pub(crate) struct Sights<'a> {
-    /// Of the first group, from binding 0, without the sampler, which is the ninth.
-    pub(crate) inputs: Vec<(u32, wgpu::BindingResource<'a>)>,
-    /// What each rig shows, the nearest first.
-    pub(crate) rigs: &'a [wgpu::TextureView],
+    /// What rigs show.
+    pub(crate) shown: &'a wgpu::TextureView,
     pub(crate) ranks: &'a wgpu::TextureView,
-    /// Where each photograph is drawn; those beyond the lists are not.
-    pub(crate) tiles: &'a TileLists,
+    pub(crate) parts: Vec<Part<'a>>,
+}
+
+/// What one rig shows.
+#[derive(Debug)]
+pub(crate) struct Part<'a> {
+    /// Which, of those that can see something of the view.
+    pub(crate) rig: usize,
+    /// Where in the texture.
+    pub(crate) region: Option<Region>,
+    /// What is read beside the photographs: of the first group, from binding 0, without the sampler,
+    /// which is the ninth.
+    pub(crate) inputs: Vec<(u32, wgpu::BindingResource<'a>)>,
 }
 
 /// To be put before the shaders that compare photographs.
@@ -58,12 +68,13 @@ impl SightPass {
         }
     }
 
-    /// Draws what each of the nearest rigs shows.
+    /// Draws what rigs show, each of whose photographs over the tiles in `tiles`.
     pub(crate) fn draw(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         evidence: Evidence<'_>,
+        tiles: &TileLists,
         sights: Sights<'_>,
     ) {
         let Evidence { photographs, atlas, .. } = evidence;
@@ -87,10 +98,6 @@ impl SightPass {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let [frame_layout, photograph_layout, atlas_layout] = &self.layouts;
-        let unfiltered = (8, wgpu::BindingResource::Sampler(&self.unfiltered));
-        let inputs = sights.inputs.into_iter().chain([unfiltered]);
-        let inputs: Vec<_> = inputs.map(|(binding, input)| entry(binding, input)).collect();
-        let of_frame = group(frame_layout, &inputs);
         // One group each: with dynamic offsets Mesa's software driver loses memory at every draw.
         let of_photograph = |index: u32| {
             let binding = wgpu::BufferBinding {
@@ -105,37 +112,45 @@ impl SightPass {
             views.iter().map(|atlas| group(atlas_layout, &[entry(0, view(atlas))])).collect();
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         let numbered: Vec<(u32, &Drawn)> = (0..).zip(photographs).collect();
-        let rigs = numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig);
-        for (rig, layer) in rigs.zip(sights.rigs) {
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("sight"),
-                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: layer,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                        store: wgpu::StoreOp::Store,
-                    },
-                })],
-                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                    view: sights.ranks,
-                    depth_ops: Some(wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(0.0),
-                        store: wgpu::StoreOp::Discard,
-                    }),
-                    stencil_ops: None,
+        let rigs: Vec<&[(u32, &Drawn)]> =
+            numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig).collect();
+        let Sights { shown, ranks, parts } = sights;
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("sight"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: shown,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: ranks,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0.0),
+                    store: wgpu::StoreOp::Discard,
                 }),
-                ..Default::default()
-            });
-            pass.set_bind_group(0, &of_frame, &[]);
-            for (index, drawn) in rig {
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        for Part { rig, region, inputs } in parts {
+            if let Some(region) = region {
+                region.set(&mut pass);
+            }
+            let unfiltered = (8, wgpu::BindingResource::Sampler(&self.unfiltered));
+            let inputs = inputs.into_iter().chain([unfiltered]);
+            let inputs: Vec<_> = inputs.map(|(binding, input)| entry(binding, input)).collect();
+            pass.set_bind_group(0, &group(frame_layout, &inputs), &[]);
+            for (index, drawn) in rigs.get(rig).copied().unwrap_or_default() {
                 let kind = drawn.kind;
                 let pipeline = pipelines.entry(kind).or_insert_with(|| self.pipeline(gpu, kind));
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(1, &of_photograph(*index), &[]);
                 pass.set_bind_group(2, &atlases[drawn.atlas], &[]);
-                sights.tiles.draw(&mut pass, *index, false);
+                tiles.draw(&mut pass, *index, false);
             }
         }
     }

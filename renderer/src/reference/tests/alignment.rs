@@ -49,9 +49,14 @@ fn view(origin: DVec3) -> View {
 fn on_device(renderer: &Renderer) -> (Vec<Level>, Vec<Field<DVec2>>) {
     let sight = |[brightness, sees, ..]: &[f32; 4]| (*sees > 0.5).then_some(f64::from(*brightness));
     let levels = renderer.align_pass().last_levels();
+    let (sights, across) = renderer.align_pass().last_sights().expect("two rigs");
+    let shown = texels(sights).each(sight);
     levels
-        .map(|(grid, [first, second, displaced])| {
-            let sights = [first, second].map(|rig| texels(rig).each(sight));
+        .map(|(grid, origin, displaced)| {
+            let sights = [0, across].map(|aside| {
+                let first = origin + UVec2::new(aside, 0);
+                Field::new(grid.cells, |cell| shown.at(first + cell))
+            });
             let level = Level { step: grid.step.into(), sights };
             (level, texels(displaced).each(|[x, y, ..]| DVec2::new((*x).into(), (*y).into())))
         })
