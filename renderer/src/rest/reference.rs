@@ -17,8 +17,8 @@ use crate::shade::reference::park_weight;
 
 /// How many of the rigs nearest to the eye speak first.
 pub(crate) const NEAREST: usize = 2;
-/// Share of what they say that is not heard of others: half a step of 8 bits.
-pub(crate) const UNHEARD: f64 = 1.0 / 512.0;
+/// Share of what they say that is not heard of others: a step of 8 bits.
+pub(crate) const UNHEARD: f64 = 1.0 / 256.0;
 
 /// The greatest weight, but for the rig's own share, that any camera of a rig can have at a place where the
 /// normal is `n`. The cameras are `reach_m` from `centre` at most; `eye_distance_2` is the square of the rig's
