@@ -58,5 +58,6 @@ pub use gpu::Gpu;
 pub use memory::{Applied, MemoryReport};
 pub use pick::{Picked, PickedSurface, Sight};
 pub use renderer::Renderer;
+pub use screen::screen_pipeline;
 pub use settings::{Mode, Settings, SplatNormals, SplatRoute, Texturing};
 pub use stages::PassTime;

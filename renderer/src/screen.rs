@@ -55,14 +55,36 @@ pub(crate) fn screen_pass_with(
     formats: &[wgpu::TextureFormat],
     constants: &[(&str, f64)],
 ) -> ScreenPass {
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(label),
-        source: wgpu::ShaderSource::Wgsl(wgsl.into()),
-    });
+    let wgsl = wgpu::ShaderSource::Wgsl(wgsl.into());
+    let pipeline = pipeline(&gpu.device, label, wgsl, formats, constants);
+    ScreenPass { label, pipeline }
+}
+
+/// The pipeline of a shader that draws over the whole of its targets, of `formats`, on any device: its
+/// `fs` runs once for each pixel. The shader needs no `vs`. Bindings are those that it names.
+pub fn screen_pipeline(
+    device: &wgpu::Device,
+    label: &str,
+    wgsl: &str,
+    formats: &[wgpu::TextureFormat],
+) -> wgpu::RenderPipeline {
+    let wgsl = wgpu::ShaderSource::Wgsl([WHOLE_WGSL, wgsl].concat().into());
+    pipeline(device, label, wgsl, formats, &[])
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    label: &str,
+    source: wgpu::ShaderSource<'_>,
+    formats: &[wgpu::TextureFormat],
+    constants: &[(&str, f64)],
+) -> wgpu::RenderPipeline {
+    let label = Some(label);
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
     let targets: Vec<_> = formats.iter().map(|&format| Some(format.into())).collect();
     let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
-    let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(label),
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label,
         layout: None,
         vertex: wgpu::VertexState {
             module: &module,
@@ -81,8 +103,7 @@ pub(crate) fn screen_pass_with(
         }),
         multiview_mask: None,
         cache: None,
-    });
-    ScreenPass { label, pipeline }
+    })
 }
 
 impl ScreenPass {

@@ -1,5 +1,6 @@
 //! The street behind everything else in the window: the last frame, turned to where one looks now.
 
+use flaneur_renderer::screen_pipeline;
 use flaneur_scene::View;
 use glam::{DMat3, UVec2};
 
@@ -42,31 +43,8 @@ impl Picture {
     /// Nothing yet, for targets of `format`.
     pub(super) fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         let label = Some("picture");
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label,
-            source: wgpu::ShaderSource::Wgsl(include_str!("picture.wgsl").into()),
-        });
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label,
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vs"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fs"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let wgsl = include_str!("picture.wgsl");
+        let pipeline = screen_pipeline(device, "picture", wgsl, &[format]);
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label,
             mag_filter: wgpu::FilterMode::Linear,

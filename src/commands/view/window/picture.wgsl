@@ -16,12 +16,6 @@ const FADING: f32 = 0.02;
 @group(0) @binding(1) var frame: texture_2d<f32>;
 @group(0) @binding(2) var linearly: sampler;
 
-@vertex
-fn vs(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let corner = vec2<f32>(vec2<u32>(index & 1u, index >> 1u));
-    return vec4<f32>(4.0 * corner - 1.0, 0.0, 1.0);
-}
-
 @fragment
 fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let p = screen.columns[0] * position.x + screen.columns[1] * position.y + screen.columns[2];
