@@ -20,7 +20,7 @@ function showToCopy(text: string): void {
   const field = element("textarea", {
     class: "figures",
     readonly: true,
-    rows: 2,
+    rows: 3,
     spellcheck: "false",
     "aria-label": TEXT.copyField,
     "aria-describedby": "copy-help",
