@@ -374,8 +374,9 @@ impl Renderer {
             grid_step: lens::GRID_STEP as f32,
             padding: [0; 2],
         };
-        let records = if inferring.is_some() { &targets.geometry } else { &targets.records };
-        self.surface_pass.draw(gpu, stages.encoder(), &surface_view, &grid, targets, records);
+        let positions = &targets.records.positions;
+        let positions = if inferring.is_some() { &targets.geometry } else { positions };
+        self.surface_pass.draw(gpu, stages.encoder(), &surface_view, &grid, targets, positions);
         stages.ended("surface")?;
 
         let drawn: Vec<((&Frustum, usize), Drawn)> = selected

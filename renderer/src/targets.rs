@@ -8,7 +8,7 @@ use crate::{Gpu, RenderError, memory, mesh, shade, surface};
 /// Bytes of a pixel of all targets of the G-buffer's size, rounded up …
 const GBUFFER_BYTES: u64 = 64;
 /// … and of the picture's.
-const PICTURE_BYTES: u64 = 108;
+const PICTURE_BYTES: u64 = 100;
 
 /// Everything that a view writes to, kept between frames of the same size. The first are of
 /// the G-buffer's size, those from `records` on of the picture's.
@@ -26,8 +26,8 @@ pub(crate) struct Targets {
     pub(crate) canvas: wgpu::TextureView,
     /// What the pixels show.
     pub(crate) records: Records,
-    /// The same before it is completed by inferred places, where it is.
-    pub(crate) geometry: Records,
+    /// Their positions before those are completed by inferred places, where they are.
+    pub(crate) geometry: wgpu::TextureView,
     pub(crate) choice: wgpu::TextureView,
     pub(crate) blended: wgpu::TextureView,
     /// What the nearest rigs add to that.
@@ -65,10 +65,7 @@ impl Targets {
         let drawn = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
         let target = TextureUsages::RENDER_ATTACHMENT;
         let read = drawn | TextureUsages::COPY_SRC;
-        let records = || Records {
-            positions: view(surface::POSITION_FORMAT, picture_size, read),
-            orientations: view(surface::ORIENTATION_FORMAT, picture_size, read),
-        };
+        let positions = || view(surface::POSITION_FORMAT, picture_size, read);
         Self {
             gbuffer_size,
             picture_size,
@@ -79,8 +76,11 @@ impl Targets {
             winning_normals: view(splat::WINNING_NORMALS_FORMAT, gbuffer_size, drawn),
             nearest_points: Nearest::new(gpu, gbuffer_size, route),
             canvas: splat::quads::canvas(gpu, gbuffer_size),
-            records: records(),
-            geometry: records(),
+            records: Records {
+                positions: positions(),
+                orientations: view(surface::ORIENTATION_FORMAT, picture_size, read),
+            },
+            geometry: positions(),
             choice: view(shade::CHOICE_FORMAT, picture_size, target),
             blended: view(shade::blend_format(gpu), picture_size, drawn),
             nearest: view(shade::blend_format(gpu), picture_size, drawn),
@@ -112,12 +112,11 @@ impl Targets {
     pub(crate) fn bytes(&self) -> u64 {
         let Self { planes, surfaces, depth, winners, winning_normals, .. } = self;
         let Self { canvas, records, geometry, choice, blended, nearest, .. } = self;
-        let of_records = [records, geometry]
-            .into_iter()
-            .flat_map(|Records { positions, orientations }| [positions, orientations]);
+        let Records { positions, orientations } = records;
+        let shown = [positions, orientations, geometry];
         let views = [planes, surfaces, depth, winners, winning_normals, canvas].into_iter();
         let views = views.chain([choice, blended, nearest]);
-        let views = views.chain(of_records).map(|view| memory::of_texture(view.texture()));
+        let views = views.chain(shown).map(|view| memory::of_texture(view.texture()));
         views.sum::<u64>()
             + memory::of_texture(&self.picture)
             + self.nearest_points.bytes()

@@ -1,33 +1,22 @@
-// The records of the picture, with inferred places where there was nothing. Needs octahedral.wgsl,
-// place.wgsl, inference.wgsl and screen.wgsl.
-
-struct Filled {
-    @location(0) position: vec4<u32>,
-    @location(1) orientation: vec2<u32>,
-}
+// The positions of the picture, with inferred places where there was nothing; those face the eye, as
+// what was nothing does already. Needs octahedral.wgsl, place.wgsl, inference.wgsl and screen.wgsl.
 
 @group(0) @binding(0) var<uniform> inference: Inference;
 @group(0) @binding(1) var positions: texture_2d<u32>;
-@group(0) @binding(2) var orientations: texture_2d<u32>;
-@group(0) @binding(3) var settled: texture_2d<f32>;
+@group(0) @binding(2) var settled: texture_2d<f32>;
 
 @fragment
-fn fs(@builtin(position) at: vec4<f32>) -> Filled {
-    let pixel = vec2<i32>(at.xy);
-    var filled: Filled;
-    filled.position = textureLoad(positions, pixel, 0);
-    filled.orientation = textureLoad(orientations, pixel, 0).xy;
-    let ray = bitcast<vec3<f32>>(filled.position.xyz);
-    if (filled.position.w & KIND_BITS) == SHOWS_NOTHING && dot(ray, ray) > 0.0 {
+fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
+    let position = textureLoad(positions, vec2<i32>(at.xy), 0);
+    let ray = bitcast<vec3<f32>>(position.xyz);
+    if (position.w & KIND_BITS) == SHOWS_NOTHING && dot(ray, ray) > 0.0 {
         var place: Place;
         place.kind = SHOWS_INFERRED;
         place.position = ray / max(inverse_range(at.xy), 1e-9);
-        place.normal = -ray;
         place.relief_m = RELIEF_M;
-        filled.position = packed_position(place, false);
-        filled.orientation = packed_orientation(place);
+        return packed_position(place, false);
     }
-    return filled;
+    return position;
 }
 
 // Bilinear between the cells.

@@ -15,7 +15,7 @@ use crate::frustum::Frustum;
 use crate::photographs::atlas::Atlas;
 use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass, screen_pass_with};
 use crate::shade::photograph::Drawn;
-use crate::surface::{ORIENTATION_FORMAT, PLACE_WGSL, POSITION_FORMAT};
+use crate::surface::{PLACE_WGSL, POSITION_FORMAT};
 use crate::targets::Targets;
 use crate::tiles::{Shown, TilePass};
 use crate::{Gpu, lens, memory, octahedral, shade};
@@ -169,7 +169,7 @@ impl InferPass {
             windows: [along(true), along(false)],
             choose: pass(choose, &[INVERSE_FORMAT]),
             settle: pass(settle, &[INVERSE_FORMAT]),
-            fill: pass(fill, &[POSITION_FORMAT, ORIENTATION_FORMAT]),
+            fill: pass(fill, &[POSITION_FORMAT]),
             cells: None,
             past: None,
         }
@@ -258,7 +258,7 @@ impl InferPass {
         let (inference, before) = (uniforms.0.as_entire_binding(), uniforms.1.as_entire_binding());
         let texture = wgpu::BindingResource::TextureView;
 
-        let seen = vec![inference.clone(), texture(&targets.geometry.positions)];
+        let seen = vec![inference.clone(), texture(&targets.geometry)];
         self.gather.draw(gpu, encoder, seen, &[&cells.rays, cells.levels.known()]);
         // Without any geometry all is backdrop.
         self.diffuse.draw(gpu, encoder, &cells.levels, [backdrop, 0.0, 0.0]);
@@ -301,14 +301,8 @@ impl InferPass {
         let bindings =
             vec![inference.clone(), texture(cells.levels.whole()), texture(&cells.chosen)];
         self.settle.draw(gpu, encoder, bindings, &[settled]);
-        let bindings = vec![
-            inference,
-            texture(&targets.geometry.positions),
-            texture(&targets.geometry.orientations),
-            texture(settled),
-        ];
-        let filled = &targets.records;
-        self.fill.draw(gpu, encoder, bindings, &[&filled.positions, &filled.orientations]);
+        let bindings = vec![inference, texture(&targets.geometry), texture(settled)];
+        self.fill.draw(gpu, encoder, bindings, &[&targets.records.positions]);
 
         // By turns: what this picture was compared with is drawn into by the next.
         let free = past.map_or_else(|| Cells::inverses(gpu, grid), |past| past.settled);

@@ -6,7 +6,7 @@
 use wgpu::util::DeviceExt as _;
 
 use crate::screen::{Bindings, ScreenPass, screen_pass_with};
-use crate::targets::{Records, Targets};
+use crate::targets::Targets;
 use crate::{Gpu, camera, lens, octahedral, splat};
 
 pub(crate) mod reference;
@@ -56,7 +56,8 @@ impl SurfacePass {
         Self { passes: std::array::from_fn(pass) }
     }
 
-    /// Fills `records` for every pixel of the picture. `grid` is that of a distorted view.
+    /// Fills the orientations of `targets` and `positions` for every pixel of the picture. `grid` is that of
+    /// a distorted view.
     pub(crate) fn draw(
         &self,
         gpu: &Gpu,
@@ -64,7 +65,7 @@ impl SurfacePass {
         view: &gpu_data::View,
         grid: &[[f32; 2]],
         targets: &Targets,
-        records: &Records,
+        positions: &wgpu::TextureView,
     ) {
         let buffer = |contents: &[u8], usage| {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -86,6 +87,6 @@ impl SurfacePass {
             grid.as_entire_binding(),
         ];
         let pass = &self.passes[view.lens.model as usize % lens::MODELS];
-        pass.draw(gpu, encoder, bindings, &[&records.positions, &records.orientations]);
+        pass.draw(gpu, encoder, bindings, &[positions, &targets.records.orientations]);
     }
 }

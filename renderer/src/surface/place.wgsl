@@ -1,7 +1,7 @@
 // What a pixel of the picture shows, as the surface pass leaves it for the passes after it:
 // in `positions`, relative to the eye in world axes, with flags; in `orientations`, the normal
-// and a code. A pixel that shows nothing has the unit direction of its ray for a position, or
-// zero where its lens has none. Needs octahedral.wgsl.
+// and a code. A pixel that shows nothing has the unit direction of its ray for a position, and faces
+// the eye, or zero where its lens has none. Needs octahedral.wgsl.
 
 struct Place {
     kind: u32, // of SHOWS_*

@@ -193,6 +193,8 @@ fn place_on(m: vec2<f32>, cell: vec2<i32>, surface: u32) -> Place {
     }
     if place.kind == SHOWS_NOTHING {
         place.position = normalize(ray.direction);
+        // Of what may be inferred there.
+        place.normal = -place.position;
         return place;
     }
     place.position = on_ray(ray, depth);
