@@ -12,6 +12,7 @@ mod plan;
 mod request;
 mod servers;
 mod session;
+mod sight;
 mod streamer;
 mod survey;
 mod traffic;

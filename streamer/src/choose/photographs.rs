@@ -13,6 +13,7 @@ use glam::UVec2;
 use super::districts::representatives;
 use super::samples::Samples;
 use crate::FetchLimits;
+use crate::sight::Sight;
 
 /// Longest side of the level that is shown until the finer one has come, pixels.
 const FIRST_SIDE_PX: u32 = 100;
@@ -31,7 +32,9 @@ pub(crate) struct WantedImage {
     pub(crate) level: u32,
     /// A coarse level to begin with: at least `level`.
     pub(crate) first_level: u32,
-    /// How much of the picture it decides, 0 to 1: of all together at most 1.
+    /// How much of the picture it decides wherever things are, 0 to 1: of all together at most 1.
+    pub(crate) share_anywhere: f64,
+    /// The same of what is there, as far as that is known.
     pub(crate) share: f64,
     /// Octaves of the picture that each level lacks of what the view could show, times the share that
     /// they are lacking in; up to `first_level`.
@@ -83,10 +86,12 @@ impl WantedImage {
 /// `panoramas` are candidates in any order, of which the nearest [`FetchLimits::panoramas`] count.
 /// Where the levels wanted hold more than [`FetchLimits::image_pixels`], all are taken coarser
 /// alike, and the farthest left out where that does not help. Last come those of the panoramas that
-/// stand for the districts around the eye, at their first level.
+/// stand for the districts around the eye, at their first level. What is wanted does not depend on
+/// `sight`, which says what of it matters most.
 pub(crate) fn choose_photographs(
     panoramas: Vec<Arc<Panorama>>,
     view: &View,
+    sight: &Sight,
     limits: &FetchLimits,
     excluded: &(dyn Fn(&ImageId) -> bool + Send + Sync),
 ) -> Result<Vec<WantedImage>, IdError> {
@@ -96,7 +101,7 @@ pub(crate) fn choose_photographs(
     let mut names = BTreeSet::new();
     panoramas.retain(|panorama| names.insert(panorama.id.clone()));
     let standing: BTreeSet<String> = representatives(&panoramas, view.eye().truncate());
-    let samples = Samples::new(view);
+    let samples = Samples::anywhere(view);
     let (mut wanted, mut coarse, mut rigs) = (Vec::new(), Vec::new(), 0);
     for panorama in panoramas {
         if rigs < limits.panoramas {
@@ -127,6 +132,10 @@ pub(crate) fn choose_photographs(
         pixels <= limits.image_pixels
     });
     samples.set_shares(&mut wanted);
+    wanted.iter_mut().for_each(|image| image.share_anywhere = image.share);
+    if !sight.is_blind() {
+        Samples::seen(view, sight).set_shares(&mut wanted);
+    }
     Ok(wanted)
 }
 
@@ -147,6 +156,7 @@ impl WantedImage {
                 photographs,
                 level: 0,
                 first_level: 0,
+                share_anywhere: 1.0,
                 share: 1.0,
                 lacking: Vec::new(),
             })
@@ -202,6 +212,7 @@ fn images_of(
             photographs,
             level: level.min(coarsest),
             first_level,
+            share_anywhere: 0.0,
             share: 0.0,
             lacking: Vec::new(),
         });

@@ -4,6 +4,7 @@ use flaneur_scene::{Distortion, PosedCamera, View};
 use glam::{DVec2, DVec3, UVec2};
 
 use super::photographs::WantedImage;
+use crate::sight::Sight;
 
 /// Points of the view, along x, y and depth.
 const GRID: UVec2 = UVec2::new(16, 9);
@@ -17,6 +18,9 @@ const DISTORTION_MARGIN: f64 = 0.25;
 /// Keeps weights finite where the eye, or a point, is at a photograph's centre, metres.
 const NEAREST_M: f64 = 0.5;
 
+/// Where nothing is met: the sky, and what is as far, metres.
+const SKY_M: f64 = 100.0;
+
 /// Points in front of the view, with the view's pixels a metre there.
 pub(super) struct Samples {
     eye: DVec3,
@@ -24,7 +28,8 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    pub(super) fn new(view: &View) -> Self {
+    /// Wherever something may be.
+    pub(super) fn anywhere(view: &View) -> Self {
         let size = view.size().as_dvec2();
         let mut points = Vec::new();
         for (x, y) in (0..GRID.y).flat_map(|y| (0..GRID.x).map(move |x| (x, y))) {
@@ -35,6 +40,15 @@ impl Samples {
             }
         }
         Self { eye: view.eye(), points }
+    }
+
+    /// Where something is, as far as that is known.
+    pub(super) fn seen(view: &View, sight: &Sight) -> Self {
+        let points = sight.rays().iter().map(|(ray, met)| {
+            let depth = met.unwrap_or(SKY_M);
+            (ray.origin + ray.direction * depth, view.pixels_a_metre(depth))
+        });
+        Self { eye: view.eye(), points: points.collect() }
     }
 
     /// How many times sharper than the view a photograph is, at [`SHARP_SHARE`] of the points

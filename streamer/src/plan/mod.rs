@@ -80,8 +80,6 @@ pub(crate) struct Plan {
     alone: BTreeSet<Part>,
     /// Fetched ahead, and so to be had without the network.
     ahead: BTreeSet<Part>,
-    /// Points that wait for the nodes above them.
-    waiting: BTreeMap<PointNodeId, SceneUpdate>,
     batches: u64,
 }
 
@@ -105,8 +103,6 @@ impl Plan {
     pub(crate) fn look(&mut self, mut wishes: Wishes) -> Vec<BatchId> {
         order::sort(&mut wishes.wants, self.order);
         self.wishes = wishes;
-        let nodes = &self.wishes.nodes;
-        self.waiting.retain(|id, _| nodes.contains(id));
         let wanted: BTreeSet<&Part> = self.wishes.wants.iter().map(|want| &want.part).collect();
         self.ahead.retain(|part| wanted.contains(part));
         let all: BTreeSet<BatchId> = self.flying.values().copied().collect();
@@ -197,10 +193,6 @@ impl Plan {
                 self.steps.insert(*key, *step);
                 told.extend(updates);
             }
-            Part::Node(id) => {
-                self.waiting.extend(updates.into_iter().map(|update| (*id, update)));
-                self.release(&mut told);
-            }
             _ => told.extend(updates),
         }
         for update in &told {
@@ -234,14 +226,6 @@ impl Plan {
     pub(crate) fn forgive(&mut self) {
         self.lost.clear();
         self.alone.clear();
-    }
-
-    /// What the receiver is to be told now that something was lost: points that need not wait for it.
-    pub(crate) fn released(&mut self) -> Vec<SceneUpdate> {
-        let mut told = Vec::new();
-        self.release(&mut told);
-        told.iter().for_each(|update| self.held.note(update));
-        told
     }
 
     /// The receiver has done something by itself. What it gave up of what is wanted it has no room
@@ -355,39 +339,10 @@ impl Plan {
                 .photographs
                 .iter()
                 .all(|id| self.held.images.get(id).is_some_and(|&(held, _)| serves(held, *level))),
-            Part::Node(id) => {
-                let held = self.held.points.get(id).is_some_and(|(_, normals)| {
-                    normals.is_none_or(|normals| normals == self.wishes.normals)
-                });
-                !held && !self.waiting.contains_key(id)
-            }
+            Part::Node(id) => !self.held.points.get(id).is_some_and(|(_, normals)| {
+                normals.is_none_or(|normals| normals == self.wishes.normals)
+            }),
             _ => false,
-        }
-    }
-
-    /// Moves those points from waiting to `told` that need wait no longer, coarse before fine.
-    fn release(&mut self, told: &mut Vec<SceneUpdate>) {
-        let mut ready: BTreeSet<PointNodeId> = BTreeSet::new();
-        // In the order of levels, so that what comes with them counts as there.
-        let mut waiting: Vec<PointNodeId> = self.waiting.keys().copied().collect();
-        waiting.sort_by_key(|id| id.key.level);
-        for id in waiting {
-            let mut above = id.key.parent();
-            let free = loop {
-                let Some(key) = above else { break true };
-                let parent = PointNodeId { key, ..id };
-                if self.wishes.nodes.contains(&parent) {
-                    let lost = self.lost.contains(&Part::Node(parent));
-                    if !lost {
-                        break self.held.nodes.contains(&parent) || ready.contains(&parent);
-                    }
-                }
-                above = key.parent();
-            };
-            if free {
-                ready.insert(id);
-                told.extend(self.waiting.remove(&id));
-            }
         }
     }
 }

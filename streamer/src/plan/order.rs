@@ -5,8 +5,8 @@
 //! view could show lacks *k* units where it decides the picture, and a new level gains one unit
 //! an octave, times the image's share of the picture. Points gain by where they put
 //! photographs: what is seen from elsewhere than the eye is displaced by the parallax of the depth
-//! that is not known, which is about the spacing of what is known; below a pixel nothing is gained.
-//! ARCHITECTURE.md derives both. What gains most a byte comes first.
+//! that is not known, and wrong in the octaves that are finer than that. ARCHITECTURE.md derives both. What
+//! gains most a byte comes first.
 
 use std::collections::HashMap;
 
@@ -24,15 +24,15 @@ pub enum Order {
 }
 
 /// Sorts `wants`, given with what must come first before what follows it: stages one after the other,
-/// and within each by `order`, but levels of an image from coarse to fine and nodes after those
-/// above them. By expected error something that gains little alone comes early where what must wait for
-/// it gains much, see [`clusters`].
+/// and within each by `order`, but levels of an image from coarse to fine. By expected error something
+/// that gains little alone comes early where what must wait for it gains much, see [`clusters`]; nodes wait for
+/// none, and come after those above them only where the nearest come first.
 pub(super) fn sort(wants: &mut Vec<Want>, order: Order) {
     let mut places: HashMap<Part, usize> = HashMap::new();
     let mut stages: Vec<Stage> = Vec::with_capacity(wants.len());
     let mut after: Vec<Option<usize>> = Vec::with_capacity(wants.len());
     for (index, want) in wants.iter().enumerate() {
-        let above = predecessor(&want.part, |part| places.get(part).copied());
+        let above = predecessor(&want.part, order, |part| places.get(part).copied());
         let stage = above.map_or(want.stage, |above| want.stage.max(stages[above]));
         // What comes in an earlier stage is there anyway.
         after.push(above.filter(|&above| stages[above] == stage));
@@ -75,10 +75,10 @@ fn slot(part: &Part) -> Part {
 }
 
 /// What is known of the part that must come before `part`.
-fn predecessor<T>(part: &Part, known: impl Fn(&Part) -> Option<T>) -> Option<T> {
+fn predecessor<T>(part: &Part, order: Order, known: impl Fn(&Part) -> Option<T>) -> Option<T> {
     match part {
         Part::Image { .. } => known(&slot(part)),
-        Part::Node(id) => {
+        Part::Node(id) if order == Order::NearestFirst => {
             let mut above = id.key.parent();
             while let Some(key) = above {
                 let found = known(&Part::Node(flaneur_scene::PointNodeId { key, ..*id }));
@@ -122,14 +122,14 @@ mod tests {
         let below = NodeKey::ROOT.children()[3];
         let wants = vec![
             node(NodeKey::ROOT, 1.0, 100),
-            // Gains more a byte than the node above it, which so is worth 51 for 200.
+            // It needs nothing of the node above it.
             node(below, 50.0, 100),
             image("a", 4, Stage::First, 0.1, 100),
             image("a", 2, Stage::Detail, 300.0, 1000),
             image("b", 2, Stage::Detail, 1.0, 1000),
         ];
         let order = sorted(wants.clone(), Order::ExpectedError);
-        let expected = [2, 3, 0, 1, 4].map(|i: usize| wants[i].part.clone());
+        let expected = [2, 1, 3, 0, 4].map(|i: usize| wants[i].part.clone());
         assert_eq!(order, expected);
     }
 

@@ -156,11 +156,6 @@ impl Receiver {
                         "an overlap: {:?}",
                         chunk.id
                     );
-                    let above = chunk.id.key.parent().map(|key| PointNodeId { key, ..chunk.id });
-                    let whole = above.is_none_or(|above| {
-                        self.held.nodes.contains(&above) || plan.lost.contains(&Part::Node(above))
-                    });
-                    prop_assert!(whole, "before what is above it: {:?}", chunk.id);
                 }
                 SceneUpdate::Mesh(_) => {}
             }
@@ -256,8 +251,6 @@ proptest! {
                 Step::Fail(index, never) if !under_way.is_empty() => {
                     let (_, part) = under_way.swap_remove(index.index(under_way.len()));
                     plan.fail(&part, if never { Verdict::Never } else { Verdict::Again });
-                    let told = plan.released();
-                    receiver.tell(&told, &plan)?;
                 }
                 Step::Arrive(_) | Step::Fail(..) => {}
                 Step::Decline(index, drop) => receiver.decline(index, drop, &mut plan),

@@ -99,6 +99,8 @@ pub(crate) struct Driver {
     learnt: bool,
     /// Bytes that the view had to ask for.
     asked_bytes: u64,
+    /// Whether the view was chosen by what its mesh shows.
+    sighted: bool,
     /// Whether the view's end was told.
     told: bool,
     outbox: VecDeque<Event>,
@@ -136,6 +138,7 @@ impl Driver {
             forgiven: Instant::now(),
             learnt: false,
             asked_bytes: 0,
+            sighted: false,
             told: true,
             outbox: VecDeque::new(),
             events,
@@ -224,8 +227,12 @@ impl Driver {
                     self.motion.note(&request.view, self.heard);
                 }
                 self.choose();
+                self.sighted = self.plan.standing().complete_picture;
             }
-            Command::Note(update) => self.plan.note(&update),
+            Command::Note(update) => {
+                self.survey.surfaces.note(&update);
+                self.plan.note(&update);
+            }
             Command::NoteLevel(id, level) => self.plan.note_level(&id, level),
         }
         self.report();
@@ -340,8 +347,6 @@ impl Driver {
             if self.plan.knows(&needed) {
                 // It cannot be had, and so this cannot be shown; that was said.
                 self.plan.fail(&part, Verdict::Never);
-                let told = self.plan.released();
-                self.tell(told);
                 self.report();
             } else {
                 self.parked.push((part, payload, fetched));
@@ -458,8 +463,6 @@ impl Driver {
             return self.plan.fail(part, Verdict::Alone);
         }
         self.plan.fail(part, Verdict::Never);
-        let told = self.plan.released();
-        self.tell(told);
         self.fault(error);
         self.unpark();
         self.report();
@@ -477,6 +480,7 @@ impl Driver {
     }
 
     fn tell(&mut self, updates: Vec<SceneUpdate>) {
+        updates.iter().for_each(|update| self.survey.surfaces.note(update));
         self.outbox.extend(updates.into_iter().map(Event::Update));
     }
 
@@ -486,6 +490,10 @@ impl Driver {
             return;
         }
         let standing = self.plan.standing();
+        if standing.complete_picture && !std::mem::replace(&mut self.sighted, true) {
+            // The mesh is there, which shows what matters most.
+            self.learnt = true;
+        }
         if standing.finished {
             let drops = self.plan.drops();
             self.tell(drops);

@@ -1,6 +1,7 @@
 //! What is known of a scene: what there is to choose from, rather than what is shown.
 
 mod gain;
+mod node_gains;
 mod wishes;
 
 use std::collections::BTreeMap;
@@ -13,6 +14,7 @@ use crate::ViewRequest;
 use crate::choose::{District, Hierarchy, district_bounds, districts_around, districts_in};
 use crate::decode::{Mask, Track};
 use crate::plan::Part;
+use crate::sight::Surfaces;
 
 pub(crate) use wishes::{Target, Targets, wishes};
 
@@ -28,6 +30,8 @@ pub(crate) struct Survey {
     pub(crate) panoramas: BTreeMap<District, Vec<Arc<Panorama>>>,
     pub(crate) tracks: BTreeMap<u16, Arc<Track>>,
     pub(crate) masks: BTreeMap<Arc<str>, Arc<Mask>>,
+    /// What the receiver holds of the mesh.
+    pub(crate) surfaces: Surfaces,
 }
 
 /// The panoramas that a view may use.
@@ -49,6 +53,7 @@ impl Survey {
             panoramas: BTreeMap::new(),
             tracks: BTreeMap::new(),
             masks: BTreeMap::new(),
+            surfaces: Surfaces::default(),
         }
     }
 

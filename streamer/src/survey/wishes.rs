@@ -6,10 +6,12 @@ use std::sync::Arc;
 use flaneur_proto::v1;
 use flaneur_scene::{IdError, ImageId, PointNodeId, StoredImage, TileLayer};
 
+use super::node_gains::of_nodes;
 use super::{Candidates, Survey, gain};
 use crate::ViewRequest;
 use crate::choose::{WantedImage, WantedNode, choose_nodes, choose_photographs, choose_tiles};
 use crate::plan::{Part, Stage, Want, Wishes};
+use crate::sight::Sight;
 
 /// A complete picture is decided by the first images up to this share.
 const COMPLETE: f64 = 0.9;
@@ -84,6 +86,7 @@ pub(crate) fn wishes(
 struct List<'a> {
     survey: &'a Survey,
     request: &'a ViewRequest,
+    sight: Sight,
     exact: bool,
     wishes: Wishes,
     targets: Targets,
@@ -102,7 +105,8 @@ impl<'a> List<'a> {
             ..Wishes::default()
         };
         let exact = request.steadiness <= 1.0;
-        let mut list = Self { survey, request, exact, wishes, targets: Targets::new() };
+        let sight = survey.surfaces.sight(&request.view);
+        let mut list = Self { survey, request, sight, exact, wishes, targets: Targets::new() };
         let candidates = survey.candidates(request, knows);
         list.districts(&candidates);
         list.tiles();
@@ -156,12 +160,14 @@ impl<'a> List<'a> {
     fn images(&mut self, candidates: &Candidates) -> Result<(), IdError> {
         let request = self.request;
         let (view, limits, excluded) = (&request.view, &request.limits, &*request.excluded);
-        let mut images = choose_photographs(candidates.panoramas.clone(), view, limits, excluded)?;
-        images.sort_by(|a, b| b.share.total_cmp(&a.share));
-        let (all, mut decided): (f64, f64) = (images.iter().map(|image| image.share).sum(), 0.0);
+        let mut images =
+            choose_photographs(candidates.panoramas.clone(), view, &self.sight, limits, excluded)?;
+        images.sort_by(|a, b| b.share_anywhere.total_cmp(&a.share_anywhere));
+        let (all, mut decided): (f64, f64) =
+            (images.iter().map(|image| image.share_anywhere).sum(), 0.0);
         for image in images {
             let stage = if decided <= COMPLETE * all { Stage::First } else { Stage::Detail };
-            decided += image.share;
+            decided += image.share_anywhere;
             self.image(&image, stage);
         }
         Ok(())
@@ -206,7 +212,9 @@ impl<'a> List<'a> {
             self.want(Part::Page(page), Target::Named, Stage::Detail, PAGE_BYTES, 0.0, 0.0);
         }
         let baseline_m = candidates.nearest_m(self.request.view.eye().truncate());
-        for wanted in chosen.wanted {
+        let (view, sight) = (&self.request.view, &self.sight);
+        let gains = of_nodes(&chosen.wanted, sources, held, view, sight, baseline_m);
+        for (wanted, gain) in chosen.wanted.into_iter().zip(gains) {
             let source = wanted.id.source;
             if !survey.tracks.contains_key(&source)
                 && !self.targets.contains_key(&Part::Stations(source))
@@ -215,7 +223,6 @@ impl<'a> List<'a> {
                 self.want(part, Target::Named, Stage::Detail, PAGE_BYTES, 0.0, 0.0);
             }
             self.wishes.nodes.insert(wanted.id);
-            let gain = gain::of_node(&wanted, &self.request.view, baseline_m);
             let bytes = u64::from(wanted.node.byte_size);
             let (part, distance_m) = (Part::Node(wanted.id), wanted.distance_m);
             self.want(part, Target::Node(wanted), Stage::Detail, bytes, gain, distance_m);

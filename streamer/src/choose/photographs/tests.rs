@@ -1,4 +1,5 @@
 use super::*;
+use crate::sight::Surfaces;
 use flaneur_scene::{CubeFace, Intrinsics, Lens, StoredImage, world_from_rig};
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
@@ -43,8 +44,13 @@ fn north() -> View {
     View::look(EYE, 0.0, 0.0, PI / 3.0, UVec2::new(1024, 512))
 }
 
+/// Without mesh.
+fn blind() -> Sight {
+    Surfaces::default().sight(&north())
+}
+
 fn choose(panoramas: Vec<Arc<Panorama>>, limits: &FetchLimits) -> Vec<WantedImage> {
-    choose_photographs(panoramas, &north(), limits, &|_| false).expect("names are good")
+    choose_photographs(panoramas, &north(), &blind(), limits, &|_| false).expect("names are good")
 }
 
 fn ids(wanted: &[WantedImage]) -> Vec<String> {
@@ -119,7 +125,8 @@ fn a_sphere_gives_the_faces_that_matter_and_can_be_left_out_in_part() {
         assert_eq!((id.camera(), posed.lens), (face.name, CubeFace::lens(512)));
     }
     let without = |id: &ImageId| id.camera() == "front";
-    let wanted = choose_photographs(vec![at], &north(), &FetchLimits::default(), &without);
+    let wanted =
+        choose_photographs(vec![at], &north(), &blind(), &FetchLimits::default(), &without);
     assert!(!ids(&wanted.expect("names are good")).contains(&"s/front".to_owned()));
 }
 
