@@ -89,7 +89,7 @@ proptest! {
     #[test]
     fn a_ray_meets_the_first_of_all_triangles(
         triangles in prop::collection::vec((place(), place(), place()), 1..40),
-        eye in place(), heading in 0.0..6.28f64, pitch in -1.4..1.4f64,
+        eye in place(), heading in 0.0..std::f64::consts::TAU, pitch in -1.4..1.4f64,
     ) {
         let triangles: Vec<[DVec3; 3]> = triangles
             .into_iter()
