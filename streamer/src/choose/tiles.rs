@@ -7,8 +7,9 @@ use super::cone::ViewCone;
 use crate::ViewRequest;
 
 /// Nodes of the terrain may appear this far apart, pixels. Terrain leaves the plane between them by
-/// a few hundredths of that: less than a pixel.
-const GROUND_SPACING_PX: f64 = 12.0;
+/// a few hundredths of that: less than a pixel. Half of it takes two thirds more triangles, and changes the picture of
+/// a street by 0.1 of 255 (RMS).
+const GROUND_SPACING_PX: f64 = 24.0;
 /// Of the nodes of a tile of terrain every so many at least are wanted.
 const MAX_STEP: u32 = 8;
 /// Nodes along a tile of terrain, the last one its neighbour's. What is finer or coarser than the

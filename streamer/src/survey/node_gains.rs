@@ -96,7 +96,7 @@ impl Node {
         let shown_m = wanted.spacing_m.min(LARGEST_SPLAT_M);
         let shown_px = shown_m * view.pixels_a_metre(wanted.distance_m.max(1.0));
         let covered = f64::from(wanted.node.point_count) * shown_px * shown_px / (size.x * size.y);
-        let source = sources.get(usize::from(wanted.id.source));
+        let source = sources.get(usize::from(wanted.id.source)).filter(|_| wanted.seen);
         let bounds = source.map(|source| source.cube.node_bounds(wanted.id.key));
         let share = 1.0 / sight.rays().len().max(1) as f64;
         let passed = bounds.into_iter().flat_map(|bounds| sight.through(bounds));
