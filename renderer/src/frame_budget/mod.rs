@@ -9,6 +9,9 @@
 //! that is late moves nothing; it goes as far down as the rungs' costs suggest and up with care, and
 //! not soon again to a rung that proved too slow. Between 0.85 and 1.1 times the budget nothing
 //! changes: most rungs differ by less than that, so that a rung is found where the machine has one.
+//!
+//! The very first frame has to pay for what is made once, depth maps above all, and whoever waits for it
+//! sees nothing yet: it is made with the cheapest settings that were measured, whatever the budget.
 
 use std::time::Duration;
 
@@ -19,6 +22,7 @@ mod ladder;
 #[cfg(test)]
 mod tests;
 
+use front::FRONT;
 use ladder::LADDER;
 
 /// Above this share of the budget frames are made cheaper …
@@ -45,6 +49,8 @@ const EASIER: f64 = 0.6;
 #[derive(Clone, Debug)]
 pub struct FrameBudget {
     budget: Duration,
+    /// Whether any frame was timed yet.
+    begun: bool,
     rung: usize,
     times: Vec<Duration>,
     to_ignore: usize,
@@ -115,10 +121,11 @@ pub struct BudgetStanding {
 }
 
 impl FrameBudget {
-    /// Frames of about `budget`, at first of a middling exactness.
+    /// Frames of about `budget`: a first one soon, then of a middling exactness.
     pub fn new(budget: Duration) -> Self {
         Self {
             budget,
+            begun: false,
             rung: LADDER.len() / 3,
             times: Vec::with_capacity(WINDOW),
             to_ignore: UNSETTLED,
@@ -143,7 +150,8 @@ impl FrameBudget {
 
     /// What the next frame is to be rendered with: nowhere more exact than `base`.
     pub fn settings(&self, base: Settings) -> Settings {
-        let Some(rung) = LADDER.get(self.rung) else { return base };
+        let rung = if self.begun { LADDER.get(self.rung) } else { FRONT.last() };
+        let Some(rung) = rung else { return base };
         let hypotheses = rung.hypotheses.unwrap_or(u32::MAX);
         Settings {
             rigs: base.rigs.min(rung.rigs),
@@ -159,6 +167,9 @@ impl FrameBudget {
     /// Takes note of how long a frame took that was rendered with the settings given last;
     /// whether those change.
     pub fn observe(&mut self, time: Duration) -> bool {
+        if !std::mem::replace(&mut self.begun, true) {
+            return true;
+        }
         if self.to_ignore > 0 {
             self.to_ignore -= 1;
             return false;

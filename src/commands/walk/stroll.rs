@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use flaneur_renderer::{Frame, Renderer};
+use flaneur_renderer::{Frame, FrameBudget, Renderer, Settings};
 use flaneur_scene::{SceneUpdate, View};
 use flaneur_services::ingest::{Progress, Stage, Unit};
 use flaneur_streamer::{FetchLimits, Order, Statistics, StreamOptions, ViewRequest};
@@ -20,6 +20,9 @@ pub(super) const STAND: Duration = Duration::from_secs(120);
 /// A frame waits so long at least for what has arrived to be brought to the device, and half as long as
 /// the one before took to draw; the rest comes with the next one.
 const APPLYING_MS: f64 = 30.0;
+/// What the first frame of a view takes, about, as a render service has it: who moves needs it soon.
+/// Those after it are as exact as can be.
+pub(super) const BUDGET: Duration = Duration::from_millis(100);
 /// How often one looks whether anything is to be done while nothing arrives.
 const TICK: Duration = Duration::from_millis(10);
 /// What comes on screen goes there smoothly, ever more slowly. A frame that differs from the one before
@@ -44,6 +47,9 @@ pub(super) struct Stroll<'a> {
     route: &'a Route,
     limits: FetchLimits,
     renderer: Renderer,
+    /// What frames are rendered with that time does not press.
+    settings: Settings,
+    budget: FrameBudget,
     started: Instant,
     walked: Walked,
     /// The frame on screen.
@@ -78,7 +84,9 @@ impl<'a> Stroll<'a> {
         Self {
             route,
             limits,
+            settings: renderer.settings(),
             renderer,
+            budget: FrameBudget::new(BUDGET),
             started,
             walked,
             on_screen: None,
@@ -197,9 +205,16 @@ impl<'a> Stroll<'a> {
 
     fn draw(&mut self, view: View, began: Instant, bytes: u64) -> Result<(), Exit> {
         let drawn_from_ms = self.ms();
+        let before = self.on_screen.as_ref().filter(|(_, before)| before.view == view);
+        let hurries = before.is_none();
+        let settings = if hurries { self.budget.settings(self.settings) } else { self.settings };
+        self.renderer.set_settings(settings);
         let frame = tokio::task::block_in_place(|| self.renderer.render(&view))?;
         let shown = Shown { view, ms: self.ms(), bytes };
         self.drawing_ms = shown.ms - drawn_from_ms;
+        if hurries {
+            self.budget.observe(Duration::from_secs_f64(self.drawing_ms / 1e3));
+        }
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
         let walked = &mut self.walked;
         walked.longest_frame_ms = Some(walked.longest_frame_ms.unwrap_or(0.0).max(took_ms));

@@ -3,14 +3,15 @@
 //! Drivers compile a pipeline when it is made, again when it first draws, and some once more for textures
 //! of another kind. So the very renderer that is to walk is given the walk's first view, past the
 //! throttled connection and by a streamer of its own, draws it as it does when the first picture is
-//! there and when all is, and drops everything again.
+//! there, soon and then well, and when all is, and drops everything again.
 
-use flaneur_renderer::Renderer;
+use flaneur_renderer::{FrameBudget, Renderer};
 use flaneur_scene::{SceneUpdate, View};
 use flaneur_streamer::{Event, FetchLimits, ViewRequest};
 use futures::StreamExt;
 use tokio_util::sync::CancellationToken;
 
+use super::stroll::BUDGET;
 use crate::exit::Exit;
 use crate::source::{Source, note, stream_exit};
 
@@ -36,6 +37,10 @@ pub(super) async fn warm_up(
             }
             Event::Progress(progress) if progress.complete_picture && !drawn => {
                 drawn = true;
+                let settings = renderer.settings();
+                renderer.set_settings(FrameBudget::new(BUDGET).settings(settings));
+                draw(renderer, view)?;
+                renderer.set_settings(settings);
                 draw(renderer, view)?;
             }
             Event::Progress(_) | Event::Fault { .. } => {}
