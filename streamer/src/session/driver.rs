@@ -13,7 +13,7 @@ use tokio::time::Instant;
 use super::motion::Motion;
 use super::statistics::{Counts, add, sub};
 use super::understand::{Context, Understood, understand};
-use crate::decode::Decoders;
+use crate::decode::decoded;
 use crate::load::{Interest, Landed, Loader};
 use crate::plan::{Batch, BatchId, Order, Part, Plan, Verdict};
 use crate::survey::{Survey, Target, Targets, wishes};
@@ -108,7 +108,6 @@ pub(crate) struct Driver {
     commands: mpsc::UnboundedReceiver<Command>,
     landed: (mpsc::UnboundedSender<Landed>, mpsc::UnboundedReceiver<Landed>),
     decoded: (mpsc::UnboundedSender<Decoded>, mpsc::UnboundedReceiver<Decoded>),
-    decoders: Decoders,
     counts: Arc<Counts>,
 }
 
@@ -145,7 +144,6 @@ impl Driver {
             commands,
             landed: mpsc::unbounded_channel(),
             decoded: mpsc::unbounded_channel(),
-            decoders: Decoders::default(),
             counts,
         }
     }
@@ -353,12 +351,12 @@ impl Driver {
             }
             return;
         }
-        let (decoders, sink) = (self.decoders.clone(), self.decoded.0.clone());
+        let sink = self.decoded.0.clone();
         tokio::spawn(async move {
             let (what, bytes) = (target.name(), payload.len() as u64);
             let of = part.clone();
             let outcome =
-                decoders.run(&what, move || understand(&of, &target, &payload, &context)).await;
+                decoded(&what, move || understand(&of, &target, &payload, &context)).await;
             drop(sink.send(Decoded { part, bytes, fetched, outcome }));
         });
     }

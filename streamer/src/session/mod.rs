@@ -20,7 +20,7 @@ use tokio::sync::mpsc;
 
 use crate::StreamError;
 use crate::choose::WantedImage;
-use crate::decode::Decoders;
+use crate::decode::decoded;
 use crate::load::Loader;
 use crate::plan::{BatchId, Part};
 use crate::survey::Target;
@@ -66,7 +66,7 @@ async fn one(
     let payload = payload(loader, part.clone(), target.clone()).await?;
     let what = target.name();
     let decode = move || understand(&part, &target, &payload, &context);
-    Decoders::default().run(&what, decode).await
+    decoded(&what, decode).await
 }
 
 /// The bytes of one part.

@@ -10,7 +10,7 @@ use super::{one, payload};
 use crate::StreamError;
 use crate::choose::WantedNode;
 use crate::client::HierarchyEntry;
-use crate::decode::{Decoders, SurveyedPoint, nearest_point};
+use crate::decode::{SurveyedPoint, decoded, nearest_point};
 use crate::load::Loader;
 use crate::plan::Part;
 use crate::survey::Target;
@@ -48,7 +48,7 @@ pub(crate) async fn point_at(
                 let source = of_scene.point_sources.get(usize::from(index));
                 source.map_or(Ok(None), |source| nearest_point(source, &node, &chunk, place))
             };
-            let Some(point) = Decoders::default().run(&what, decode).await? else { continue };
+            let Some(point) = decoded(&what, decode).await? else { continue };
             let distance_m = point.position.distance(place);
             let nearest_m = best.as_ref().map_or(reach_m, |(nearest_m, _)| *nearest_m);
             if distance_m <= nearest_m {
