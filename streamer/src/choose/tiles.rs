@@ -7,9 +7,9 @@ use super::cone::ViewCone;
 use crate::ViewRequest;
 
 /// Nodes of the terrain may appear this far apart, pixels. Terrain leaves the plane between them by
-/// a few hundredths of that: less than a pixel. Half of it takes two thirds more triangles, and changes the picture of
-/// a street by 0.1 of 255 (RMS).
-const GROUND_SPACING_PX: f64 = 24.0;
+/// a few hundredths of that: about a pixel. Half of it takes a fifth to two thirds more triangles, and changes the picture
+/// of a street by 0.2 of 255 (RMS).
+const GROUND_SPACING_PX: f64 = 48.0;
 /// Of the nodes of a tile of terrain every so many at least are wanted.
 const MAX_STEP: u32 = 8;
 /// Nodes along a tile of terrain, the last one its neighbour's. What is finer or coarser than the
