@@ -120,10 +120,25 @@ fn updates(part: &Part) -> Vec<SceneUpdate> {
 #[derive(Default)]
 struct Receiver {
     held: Held,
+    /// How coarse each tile was when it came last.
+    steps: BTreeMap<TileKey, u32>,
 }
 
 impl Receiver {
-    /// Every step leaves a picture that is no worse where the view looks than the one before.
+    /// What came of a part: every step leaves a picture that is no worse where the view looks than the
+    /// one before.
+    fn take(&mut self, part: &Part, plan: &mut Plan) -> Result<(), TestCaseError> {
+        let told = plan.arrive(part, updates(part)).unwrap_or_default();
+        if let (Part::Mesh { key, step }, false) = (part, told.is_empty()) {
+            let wanted = plan.wishes.wants.iter().any(|want| want.part == *part);
+            prop_assert!(wanted, "nobody wants {key:?} at {step}");
+            let before = self.steps.insert(*key, *step);
+            let better = before != Some(*step) || !self.held.tiles.contains(key);
+            prop_assert!(better, "sent twice: {key:?} at {step}");
+        }
+        self.tell(&told, plan)
+    }
+
     fn tell(&mut self, told: &[SceneUpdate], plan: &Plan) -> Result<(), TestCaseError> {
         for update in told {
             match update {
@@ -157,7 +172,10 @@ impl Receiver {
                         chunk.id
                     );
                 }
-                SceneUpdate::Mesh(_) => {}
+                SceneUpdate::Mesh(tile) => {
+                    let key = tile.key;
+                    prop_assert!(plan.wishes.tiles.contains(&key), "nobody wants {key:?}");
+                }
             }
             self.held.note(update);
         }
@@ -202,9 +220,13 @@ enum Step {
     Ask,
     /// One of the parts under way comes, or fails.
     Arrive(prop::sample::Index),
-    Fail(prop::sample::Index, bool),
+    Fail(prop::sample::Index, Verdict),
     /// The receiver drops something of what it holds, or makes it coarser.
     Decline(prop::sample::Index, bool),
+}
+
+fn verdict() -> impl Strategy<Value = Verdict> {
+    prop_oneof![Just(Verdict::Again), Just(Verdict::Alone), Just(Verdict::Never)]
 }
 
 fn step() -> impl Strategy<Value = Step> {
@@ -212,7 +234,7 @@ fn step() -> impl Strategy<Value = Step> {
         1 => (0..PLACES).prop_map(Step::Look),
         4 => Just(Step::Ask),
         6 => any::<prop::sample::Index>().prop_map(Step::Arrive),
-        1 => (any::<prop::sample::Index>(), any::<bool>()).prop_map(|(i, never)| Step::Fail(i, never)),
+        1 => (any::<prop::sample::Index>(), verdict()).prop_map(|(i, verdict)| Step::Fail(i, verdict)),
         1 => (any::<prop::sample::Index>(), any::<bool>()).prop_map(|(i, drop)| Step::Decline(i, drop)),
     ]
 }
@@ -236,6 +258,8 @@ proptest! {
                 }
                 Step::Ask => {
                     if let Some(batch) = plan.next(Room { bytes: 1200, soon: 3000 }) {
+                        let alone = batch.parts.iter().any(|part| plan.alone.contains(part));
+                        prop_assert!(!alone || batch.parts.len() == 1, "in company: {batch:?}");
                         for part in batch.parts {
                             let twice = under_way.iter().any(|(_, other)| *other == part);
                             prop_assert!(!twice, "asked for twice: {part:?}");
@@ -245,12 +269,11 @@ proptest! {
                 }
                 Step::Arrive(index) if !under_way.is_empty() => {
                     let (_, part) = under_way.swap_remove(index.index(under_way.len()));
-                    let told = plan.arrive(&part, updates(&part)).unwrap_or_default();
-                    receiver.tell(&told, &plan)?;
+                    receiver.take(&part, &mut plan)?;
                 }
-                Step::Fail(index, never) if !under_way.is_empty() => {
+                Step::Fail(index, verdict) if !under_way.is_empty() => {
                     let (_, part) = under_way.swap_remove(index.index(under_way.len()));
-                    plan.fail(&part, if never { Verdict::Never } else { Verdict::Again });
+                    plan.fail(&part, verdict);
                 }
                 Step::Arrive(_) | Step::Fail(..) => {}
                 Step::Decline(index, drop) => receiver.decline(index, drop, &mut plan),
@@ -271,8 +294,7 @@ proptest! {
                 under_way.extend(batch.parts.into_iter().map(|part| (batch.id, part)));
             }
             let Some((_, part)) = under_way.pop() else { break };
-            let told = plan.arrive(&part, updates(&part)).unwrap_or_default();
-            receiver.tell(&told, &plan)?;
+            receiver.take(&part, &mut plan)?;
         }
         prop_assert!(plan.standing().finished, "{:?}", plan.standing());
         let drops = plan.drops();
