@@ -14,10 +14,12 @@ use crate::servers::Turn;
 pub(super) const STALL: Duration = Duration::from_secs(15);
 
 /// A streaming response under way. Dropping it ends the call on the wire and makes room for
-/// the next one.
+/// the next one, and what has come of it and is not settled is noted as lost.
 #[derive(Debug)]
 pub(crate) struct Incoming<M> {
     call: &'static str,
+    /// Bytes that have come and may yet come to nothing.
+    unsettled: u64,
     messages: Streaming<M>,
     client: Client,
     turn: Turn,
@@ -32,7 +34,7 @@ impl<M> Incoming<M> {
         turn: Turn,
         permit: OwnedSemaphorePermit,
     ) -> Self {
-        Self { call, messages, client, turn, _permit: permit }
+        Self { call, unsettled: 0, messages, client, turn, _permit: permit }
     }
 
     /// The call's name.
@@ -40,9 +42,9 @@ impl<M> Incoming<M> {
         self.call
     }
 
-    /// Whose call it is.
-    pub(super) fn client(&self) -> &Client {
-        &self.client
+    /// What has come so far is whole.
+    pub(super) fn settle(&mut self) {
+        self.unsettled = 0;
     }
 
     /// What was received is no answer.
@@ -52,13 +54,24 @@ impl<M> Incoming<M> {
 }
 
 impl<M: Message + 'static> Incoming<M> {
-    /// The next message, `None` at the end.
+    /// The next message; `None` at the end, which settles what has come.
     pub(crate) async fn next(&mut self) -> Result<Option<M>, StreamError> {
         let message = in_time(self.call, self.messages.message()).await;
         let message = self.client.judged(self.turn, message)?;
-        if let Some(message) = &message {
-            self.client.traffic().received(message.encoded_len());
+        match &message {
+            Some(message) => {
+                let bytes = message.encoded_len();
+                self.client.traffic().received(bytes);
+                self.unsettled += bytes as u64;
+            }
+            None => self.settle(),
         }
         Ok(message)
+    }
+}
+
+impl<M> Drop for Incoming<M> {
+    fn drop(&mut self) {
+        self.client.traffic().abandoned(self.unsettled);
     }
 }

@@ -4,7 +4,6 @@ use bytes::Bytes;
 use flaneur_proto::{Assembly, FieldError, v1};
 use prost::Message;
 
-use super::Client;
 use super::incoming::Incoming;
 use crate::StreamError;
 
@@ -60,19 +59,16 @@ impl<P: Part> Payloads<P> {
     /// anything else, out of order, or larger together than the limit.
     pub(crate) async fn next(&mut self) -> Result<Option<Bytes>, StreamError> {
         let Some(expected) = self.expected.next() else { return Ok(None) };
-        let mut unfinished = Unfinished { client: self.parts.client().clone(), bytes: 0 };
         let first = self.part_of(&expected).await?;
         let (total, offset, data) = first.piece();
-        unfinished.bytes += data.len() as u64;
         let mut assembly = Assembly::new(total, self.limit).map_err(|e| self.bad(e))?;
         let mut whole = assembly.push(total, offset, data).map_err(|e| self.bad(e))?;
         while whole.is_none() {
             let part = self.part_of(&expected).await?;
             let (total, offset, data) = part.piece();
-            unfinished.bytes += data.len() as u64;
             whole = assembly.push(total, offset, data).map_err(|e| self.bad(e))?;
         }
-        unfinished.bytes = 0;
+        self.parts.settle();
         Ok(whole)
     }
 
@@ -96,17 +92,5 @@ impl<P: Part> Payloads<P> {
     fn bad(&self, field: FieldError) -> StreamError {
         self.distrust();
         StreamError::field(self.parts.call())(field)
-    }
-}
-
-/// A payload under way; what has come of it is noted as lost where it is given up.
-struct Unfinished {
-    client: Client,
-    bytes: u64,
-}
-
-impl Drop for Unfinished {
-    fn drop(&mut self) {
-        self.client.traffic().abandoned(self.bytes);
     }
 }
