@@ -93,6 +93,18 @@ async fn garbage_is_asked_for_once_more() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn what_came_of_answers_that_broke_off_is_lost() {
+    let sound = stream(connect(Liar::honest()).await).await.statistics;
+    assert_eq!(sound.bytes_wasted, 0, "{sound:?}");
+    let liar = Liar { broken_regions: Arc::new(3.into()), ..Liar::honest() };
+    let broken = stream(connect(liar).await).await.statistics;
+    // Every answer is that one panorama; what broke off is asked for again, in more than one request.
+    let more = broken.bytes_received - sound.bytes_received;
+    let answers = broken.requests - sound.requests;
+    assert!(more > 0 && answers * broken.bytes_wasted == 3 * more, "{broken:?} {sound:?}");
+}
+
+#[tokio::test(start_paused = true)]
 async fn garbage_that_stays_is_said_and_not_asked_for_again() {
     for (what, lie) in lies() {
         let outcome = stream(connect(liar(usize::MAX, lie)).await).await;

@@ -4,6 +4,8 @@
 
 use std::pin::Pin;
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
 use std::task::{Context, Poll};
 
 use flaneur_proto::v1;
@@ -30,6 +32,8 @@ pub(crate) struct Liar {
     pub(crate) panorama_x: f64,
     /// East end of the scene's bounds.
     pub(crate) scene_max_x: f64,
+    /// How many answers about a region still break off behind what they say.
+    pub(crate) broken_regions: Arc<AtomicUsize>,
     /// The answer for an image, `None` for silence.
     pub(crate) parts: Option<Parts>,
     /// What it says of an image before it is asked for it.
@@ -71,6 +75,7 @@ impl Liar {
         Self {
             panorama_x: 0.0,
             scene_max_x: 100.0,
+            broken_regions: Arc::default(),
             announced: StoredImage { bytes: total.min(1 << 20), crc32: crc32fast::hash(&data) },
             parts: Some(Arc::new(move |key| Ok(parts(key)))),
             watch: Watch::default(),
@@ -186,7 +191,11 @@ impl PanoramaService for Liar {
         if let Some(position) = &mut panorama.position {
             position.x = self.panorama_x;
         }
-        Ok(Response::new(Box::pin(futures::stream::once(async { Ok(panorama) }))))
+        let broken = &self.broken_regions;
+        let breaks = broken.try_update(Relaxed, Relaxed, |left| left.checked_sub(1)).is_ok();
+        let end = breaks.then(|| Err(Status::unavailable("it breaks off")));
+        let sent = std::iter::once(Ok(panorama)).chain(end);
+        Ok(Response::new(Box::pin(futures::stream::iter(sent))))
     }
 
     async fn stream_images(
