@@ -24,3 +24,6 @@ struct Job {
     padding_0: u32,
     padding_1: u32,
 }
+
+// Of the job, as the entry point has read it.
+var<private> phase: u32;

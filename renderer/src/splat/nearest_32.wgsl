@@ -9,7 +9,7 @@ fn offer(texel: u32, depth: f32, index: u32) {
     let bits = bitcast<u32>(depth);
     // Of the depth, too, which is positive, so that it is no branch on a uniform: see
     // shade/colour.wgsl.
-    if (job.phase == 0u) & (depth > 0.0) {
+    if (phase == 0u) & (depth > 0.0) {
         if bits < atomicLoad(&depths[texel]) {
             atomicMin(&depths[texel], bits);
         }

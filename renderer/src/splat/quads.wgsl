@@ -30,6 +30,7 @@ fn vs(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32
 
 @fragment
 fn fs(corner: Corner) {
+    phase = job.phase;
     var disc: Disc;
     disc.middle = corner.middle_slope.xy;
     disc.slope = corner.middle_slope.zw;

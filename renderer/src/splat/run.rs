@@ -9,6 +9,8 @@ use crate::points::{DrawList, PointStore};
 
 /// Strips that a page's blocks are dealt out to; `STRIPS` in splat.wgsl.
 const STRIPS: u32 = 16;
+/// Blocks that a strip has on end; `RUN` in splat.wgsl.
+const RUN: u32 = 32;
 /// Uniforms start at multiples of this on every device.
 const JOB_STRIDE: usize = 256;
 
@@ -84,7 +86,7 @@ impl Run<'_> {
         let jobs = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("splat jobs"),
             contents: bytemuck::cast_slice(&jobs),
-            usage: wgpu::BufferUsages::UNIFORM,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
         });
         let mut offsets = (0..).step_by(JOB_STRIDE);
         for _ in self.phases {
@@ -139,7 +141,7 @@ impl Run<'_> {
     }
 }
 
-/// Blocks of the longest strip.
+/// Blocks of the longest strip, whole runs.
 fn strip(blocks: &std::ops::Range<u32>) -> u32 {
-    (blocks.end - blocks.start).div_ceil(STRIPS)
+    (blocks.end - blocks.start).div_ceil(STRIPS * RUN) * RUN
 }

@@ -3,10 +3,13 @@
 // estimated.wgsl.
 
 const BLOCK_POINTS: u32 = 256u;
-// Mirrors `STRIPS` in splat/run.rs.
+// Mirror those in splat/run.rs.
 const STRIPS: u32 = 16u;
+const RUN: u32 = 32u;
 
-@group(0) @binding(0) var<uniform> job: Job;
+// In storage: of that software devices read what all threads want once, while none has returned; of
+// uniforms they read every word for each thread.
+@group(0) @binding(0) var<storage, read> job: Job;
 // Position relative to the chunk's origin as three f32; then the code: colour in the low 24
 // bits, radius in bits 24 to 30 (0: no point), bit 31 set where there is a colour.
 @group(0) @binding(1) var<storage, read> points: array<vec4<u32>>;
@@ -18,26 +21,28 @@ const STRIPS: u32 = 16u;
 // All phases run this one entry point, so that they compute the same bits.
 @compute @workgroup_size(256)
 fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let entry = job.first_block + turn_of(group.x);
+    let job = job;
+    phase = job.phase;
+    let camera = job.camera;
+    let entry = job.first_block + turn_of(group.x, job.strip);
+    let drawn = blocks[min(entry, job.end_block - 1u)];
+    let placement = placements[drawn.placement];
     if entry >= job.end_block {
         return;
     }
-    let drawn = blocks[entry];
     let place = drawn.block * BLOCK_POINTS + lane;
     let point = points[place];
     let code = (point.w >> 24u) & 0x7fu;
     if code == 0u {
         return;
     }
-    let placement = placements[drawn.placement];
-    let camera = job.camera;
     let p = cam_from_world(camera, placement.xyz + bitcast<vec3<f32>>(point.xyz));
     if !(p.z >= camera.near) {
         return;
     }
     let stored = select(radius_from_code(code), placement.w, placement.w > 0.0);
     let n = normal_of(place);
-    let radius = drawn_radius(p, stored);
+    let radius = drawn_radius(job, p, stored);
     let disc = disc_around(camera, p, cam_from_world(camera, n), radius);
     let extent = extent_of(disc, camera.size);
     // Written so that NaN is refused.
@@ -51,28 +56,30 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         return;
     }
     let push = select(job.push_on_plane, job.push, all(n == vec3(0.0))) * radius + drawn.behind_m;
-    let stride = job.stride;
     // One loop: two would wait for the widest disc of a group of threads in every row.
     var at = extent.low;
+    var texel = u32(at.y) * job.stride + u32(at.x);
+    let to_next_row = job.stride + 1u - u32(columns);
     for (var i = 0u; i < pixels; i++) {
         let depth = depth_at(disc, at);
         if depth > 0.0 {
-            offer(u32(at.y) * stride + u32(at.x), depth + push, index);
+            offer(texel, depth + push, index);
         }
-        at.x += 1.0;
-        if at.x > extent.high.x {
-            at = vec2(extent.low.x, at.y + 1.0);
-        }
+        let ends = at.x == extent.high.x;
+        texel += select(1u, to_next_row, ends);
+        at = select(vec2(at.x + 1.0, at.y), vec2(extent.low.x, at.y + 1.0), ends);
     }
 }
 
 // Neighbouring blocks have discs of like sizes, and a software device gives each of its threads
-// one run of workgroups: strips, which each take every sixteenth block, are equally much work.
-fn turn_of(group: u32) -> u32 {
-    return group % job.strip * STRIPS + group / job.strip;
+// as many workgroups on end: strips, which each take every sixteenth run of blocks, are equally much
+// work. Runs, because threads that draw neighbours at once wait for each other's pixels.
+fn turn_of(group: u32, strip: u32) -> u32 {
+    let turn = group % strip;
+    return (turn / RUN * STRIPS + group / strip) * RUN + turn % RUN;
 }
 
-fn drawn_radius(p: vec3<f32>, stored: f32) -> f32 {
+fn drawn_radius(job: Job, p: vec3<f32>, stored: f32) -> f32 {
     let focal = min(job.camera.focal.x, job.camera.focal.y);
     // Of the point, too, so that it is no branch on a uniform: see shade/colour.wgsl.
     if (job.camera.orthographic == 1u) & (p.z > 0.0) {
