@@ -363,6 +363,8 @@ impl Renderer {
         let store = &self.points;
         self.splat_pass.draw_view(gpu, stages.encoder(), store, &points, &camera, target);
         stages.ended("points")?;
+        // A device that begins now works while the rest is recorded.
+        stages.submit();
 
         let lens = lens::gpu_data::Lens::new(&view.camera.lens);
         let distorted = lens.model != 0;
