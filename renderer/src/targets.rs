@@ -3,12 +3,12 @@
 use glam::UVec2;
 
 use crate::splat::{self, Nearest, Route};
-use crate::{Gpu, RenderError, memory, mesh, shade, surface};
+use crate::{Gpu, RenderError, memory, mesh, rest, shade, surface};
 
 /// Bytes of a pixel of all targets of the G-buffer's size, rounded up …
 const GBUFFER_BYTES: u64 = 64;
 /// … and of the picture's.
-const PICTURE_BYTES: u64 = 100;
+const PICTURE_BYTES: u64 = 88;
 
 /// Everything that a view writes to, kept between frames of the same size. The first are of
 /// the G-buffer's size, those from `records` on of the picture's.
@@ -30,10 +30,8 @@ pub(crate) struct Targets {
     pub(crate) geometry: wgpu::TextureView,
     pub(crate) choice: wgpu::TextureView,
     pub(crate) blended: wgpu::TextureView,
-    /// What the nearest rigs add to that.
-    pub(crate) nearest: wgpu::TextureView,
-    /// Of each pixel, see rest/rest.wgsl.
-    pub(crate) limits: wgpu::Buffer,
+    /// Where the nearest rigs have spoken, see rest/rest.wgsl.
+    pub(crate) limits: wgpu::TextureView,
     picture: wgpu::Texture,
     readback: wgpu::Buffer,
 }
@@ -83,13 +81,11 @@ impl Targets {
             geometry: positions(),
             choice: view(shade::CHOICE_FORMAT, picture_size, target),
             blended: view(shade::blend_format(gpu), picture_size, drawn),
-            nearest: view(shade::blend_format(gpu), picture_size, drawn),
-            limits: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("limits"),
-                size: 4 * u64::from(picture_size.x) * u64::from(picture_size.y),
-                usage: BufferUsages::STORAGE,
-                mapped_at_creation: false,
-            }),
+            limits: view(
+                rest::LIMITS_FORMAT,
+                picture_size,
+                TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
+            ),
             picture: texture(shade::PICTURE_FORMAT, picture_size, target | TextureUsages::COPY_SRC),
             readback: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("picture"),
@@ -111,16 +107,15 @@ impl Targets {
     /// Bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
         let Self { planes, surfaces, depth, winners, winning_normals, .. } = self;
-        let Self { canvas, records, geometry, choice, blended, nearest, .. } = self;
+        let Self { canvas, records, geometry, choice, blended, limits, .. } = self;
         let Records { positions, orientations } = records;
         let shown = [positions, orientations, geometry];
         let views = [planes, surfaces, depth, winners, winning_normals, canvas].into_iter();
-        let views = views.chain([choice, blended, nearest]);
+        let views = views.chain([choice, blended, limits]);
         let views = views.chain(shown).map(|view| memory::of_texture(view.texture()));
         views.sum::<u64>()
             + memory::of_texture(&self.picture)
             + self.nearest_points.bytes()
-            + self.limits.size()
             + self.readback.size()
     }
 

@@ -10,11 +10,10 @@ const LEAST_SLOPE: f32 = 0.1;
 const UNDECIDED_M: f32 = 0.4;
 const UNDECIDED: f32 = 1e-4;
 
-// What four texels know: nearest mesh (depth, uncertainty) and nearest point, metres; a point that is
-// no number where there is none.
+// What four texels know: the nearest mesh, for a place that is a point as far behind it as it is
+// uncertain; and the nearest point, no number where there is none; metres.
 struct Occluders {
     mesh: vec4<f32>,
-    delta: vec4<f32>,
     point: vec4<f32>,
 }
 
@@ -41,20 +40,18 @@ fn depth_bias(texel_m: f32, pose_m: f32, n: vec3<f32>, ray: vec3<f32>) -> f32 {
 }
 
 // For each texel 1 where it sees the place, 0 where it does not. z: depths of the place on their rays;
-// bias: see depth_bias; is_point: what the place is; relief: see relief_depths.
+// bias: see depth_bias; relief: see relief_depths.
 fn visibilities(
     z: vec4<f32>,
     bias: f32,
-    is_point: bool,
     relief: vec4<f32>,
     occluders: Occluders,
 ) -> vec4<f32> {
     let least_z = z - bias;
-    let behind_mesh = occluders.mesh + select(vec4(0.0), occluders.delta, is_point);
     let hidden_by_m = least_z - relief - (occluders.point + POINT_NOISE_M);
     // Written so that a texel without point, which is no number, hides nothing.
     let undecided = UNDECIDED - (UNDECIDED / UNDECIDED_M) * hidden_by_m;
     let hidden = select(vec4(0.0), undecided, undecided > vec4(0.0));
     let share = select(vec4(1.0), hidden, hidden_by_m > vec4(0.0));
-    return select(vec4(0.0), share, least_z <= behind_mesh);
+    return select(vec4(0.0), share, least_z <= occluders.mesh);
 }

@@ -62,8 +62,9 @@ struct Slot {
     pending: BTreeSet<PointNodeId>,
 }
 
-/// Two layers a map of mesh depth and its uncertainty, and one of point depth. Software devices gather
-/// textures of one channel far more quickly than others.
+/// Two layers a map of mesh depth and of that by the mesh's uncertainty behind it, since a place is compared
+/// with one or the other; and one of point depth. Software devices gather textures of one channel far
+/// more quickly than others.
 #[derive(Debug)]
 struct Textures {
     layers: usize,
@@ -125,13 +126,13 @@ impl DepthMaps {
         self.slots.get(id).map(|slot| slot.drawn)
     }
 
-    /// What is read of maps by those who ask for a place: mesh depth with its uncertainty, and point
+    /// What is read of maps by those who ask for a place: mesh depth with what is still the mesh, and point
     /// depth, in the layers of [`DepthMaps::mesh_view`] and [`DepthMaps::points_view`].
     pub(crate) fn textures(&self) -> [&wgpu::Texture; 2] {
         [&self.textures.mesh, &self.textures.points]
     }
 
-    /// All layers of mesh depth, each before that of its uncertainty.
+    /// All layers of mesh depth, each before that of points that are still the mesh.
     pub(crate) fn mesh_view(&self) -> wgpu::TextureView {
         self.textures.mesh.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -340,7 +341,7 @@ impl Textures {
         }
     }
 
-    /// Where mesh depth is drawn, and its uncertainty.
+    /// Where mesh depth is drawn, and what is still the mesh.
     fn mesh_layers(&self, layer: usize) -> [wgpu::TextureView; 2] {
         [0, 1].map(|which| {
             self.mesh.create_view(&wgpu::TextureViewDescriptor {

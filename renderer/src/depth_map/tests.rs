@@ -32,8 +32,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let z = depths_on_texel_rays(q.c, q.n, across);
         let relief = relief_depths(q.relief_m, across);
         let bias = depth_bias(q.texel_m, q.pose_m, q.n, q.ray);
-        let occluders = Occluders(vec4(q.mesh.x), vec4(q.mesh.y), vec4(q.point));
-        let seen = visibilities(z, bias, q.is_point == 1u, relief, occluders);
+        let behind = q.mesh.x + select(0.0, q.mesh.y, q.is_point == 1u);
+        let seen = visibilities(z, bias, relief, Occluders(vec4(behind), vec4(q.point)));
         answers[id.x] = vec2(z.y, seen.y);
     }
 }";

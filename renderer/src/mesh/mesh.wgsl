@@ -94,11 +94,12 @@ fn fs_gbuffer(corner: Corner) -> GBuffer {
 struct Texel {
     // Along the axis, metres.
     @location(0) depth: f32,
-    // Metres.
-    @location(1) uncertainty: f32,
+    // The same by the mesh's uncertainty behind it: points as far as that are still the mesh.
+    @location(1) behind: f32,
 }
 
 @fragment
 fn fs_depth(corner: Corner) -> Texel {
-    return Texel(dot(camera.forward, corner.position), corner.uncertainty);
+    let depth = dot(camera.forward, corner.position);
+    return Texel(depth, depth + corner.uncertainty);
 }

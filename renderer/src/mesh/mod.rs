@@ -22,7 +22,7 @@ mod tests;
 pub(crate) const PLANE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 pub(crate) const SURFACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-/// Depth and uncertainty of a depth map.
+/// Depths of a depth map.
 pub(crate) const MAP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 
 /// The shader of both passes.
@@ -289,19 +289,18 @@ impl MeshPass {
     }
 
     /// Fills the part of a depth map that `camera` covers; texels without mesh get a depth
-    /// beyond everything. The map's layers are of depth and of its uncertainty.
+    /// beyond everything. The map's layers are of depth and of that by its uncertainty behind it.
     pub(crate) fn draw_depth(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         camera: &Camera,
         list: &DrawList<'_>,
-        [map, uncertainty]: &[wgpu::TextureView; 2],
+        [map, behind]: &[wgpu::TextureView; 2],
         depth: &wgpu::TextureView,
     ) {
         let clear = wgpu::Color { r: reference::NO_MESH_M, ..wgpu::Color::TRANSPARENT };
-        let attachments =
-            [attachment(map, clear), attachment(uncertainty, wgpu::Color::TRANSPARENT)];
+        let attachments = [attachment(map, clear), attachment(behind, clear)];
         let pipelines = Pipelines { surfaces: &self.depth, edges: None };
         draw(gpu, encoder, pipelines, camera, list, &attachments, depth);
     }

@@ -100,13 +100,13 @@ impl Renderer {
 }
 
 fn occluders(words: &Words, texels: [Texel; 3]) -> Occluders {
-    let [mesh_m, mesh_uncertainty_m, point] = texels.map(|texel| {
+    let [mesh_m, behind_m, point] = texels.map(|texel| {
         let [word] = words.words(texel);
         f32::from_bits(word)
     });
     Occluders {
         mesh_m: mesh_m.into(),
-        mesh_uncertainty_m: mesh_uncertainty_m.into(),
+        mesh_uncertainty_m: f64::from(behind_m) - f64::from(mesh_m),
         point_m: depth_map::reference::nearest_point_m(point),
     }
 }

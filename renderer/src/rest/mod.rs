@@ -36,9 +36,9 @@ pub(crate) fn limit_wgsl() -> String {
     [octahedral::WGSL, PLACE_WGSL, BLEND_WGSL, HEARD_WGSL, include_str!("rest.wgsl")].concat()
 }
 
-/// The shader that carries what was said over to where the rest is added.
-pub(crate) fn carry_wgsl() -> String {
-    [WHOLE_WGSL, include_str!("carry.wgsl")].concat()
+/// The shader that lets through who counts.
+pub(crate) fn admit_wgsl() -> String {
+    [WHOLE_WGSL, include_str!("admit.wgsl")].concat()
 }
 
 pub(crate) mod gpu_data {
@@ -61,9 +61,11 @@ pub(crate) struct RestPass {
     module: wgpu::ShaderModule,
     /// By how many rigs they ask, made when first needed.
     limit: Mutex<BTreeMap<usize, wgpu::ComputePipeline>>,
-    carry: wgpu::RenderPipeline,
+    admit: wgpu::RenderPipeline,
 }
 
+/// What is known of pixels of which the nearest have spoken: two f32.
+pub(crate) const LIMITS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
 /// Room for rigs, as in rest.wgsl: one for each bit of a word that says who is asked, less the nearest.
 pub(crate) const MAX_RIGS: usize = 30;
 /// Stands for all rigs that have no bit of their own.
@@ -81,13 +83,13 @@ pub(crate) struct Spoken<'a> {
     pub(crate) orientations: &'a wgpu::TextureView,
     /// Linear colours times their weight, and that.
     pub(crate) nearest: &'a wgpu::TextureView,
-    /// Of each pixel an f32: takes the depth behind which rigs do not count.
-    pub(crate) depths: &'a wgpu::Buffer,
+    /// Of [`LIMITS_FORMAT`]: takes the depth behind which rigs do not count, and the weight of what was said.
+    pub(crate) limits: &'a wgpu::TextureView,
 }
 
-/// What the rest is drawn onto first.
+/// Who counts, to be drawn before the rest.
 #[derive(Debug)]
-pub(crate) struct Said {
+pub(crate) struct Admitted {
     group: wgpu::BindGroup,
 }
 
@@ -99,12 +101,12 @@ impl RestPass {
                 source: wgpu::ShaderSource::Wgsl(source.into()),
             })
         };
-        let carry_module = module("carry", carry_wgsl());
-        let carry = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("carry"),
+        let admit_module = module("admit", admit_wgsl());
+        let admit = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("admit"),
             layout: None,
             vertex: wgpu::VertexState {
-                module: &carry_module,
+                module: &admit_module,
                 entry_point: Some("vs"),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 buffers: &[],
@@ -119,15 +121,19 @@ impl RestPass {
             }),
             multisample: wgpu::MultisampleState::default(),
             fragment: Some(wgpu::FragmentState {
-                module: &carry_module,
+                module: &admit_module,
                 entry_point: Some("fs"),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(blend_format(gpu).into())],
+                targets: &[Some(wgpu::ColorTargetState {
+                    format: blend_format(gpu),
+                    blend: None,
+                    write_mask: wgpu::ColorWrites::empty(),
+                })],
             }),
             multiview_mask: None,
             cache: None,
         });
-        Self { module: module("limit", limit_wgsl()), limit: Mutex::default(), carry }
+        Self { module: module("limit", limit_wgsl()), limit: Mutex::default(), admit }
     }
 
     /// Finds out where the photographs of `rest` count, ordered by rig, and tells the tiles.
@@ -138,8 +144,8 @@ impl RestPass {
         rest: &[Drawn],
         spoken: Spoken<'_>,
         boxes: &TileBoxes,
-    ) -> Said {
-        let Spoken { size, positions, orientations, nearest, depths } = spoken;
+    ) -> Admitted {
+        let Spoken { size, positions, orientations, nearest, limits } = spoken;
         let rigs = rigs_of(rest);
         let pipeline = self.limit_of(gpu, rigs.len());
         let mut room = [gpu_data::Rig::zeroed(); MAX_RIGS];
@@ -147,7 +153,7 @@ impl RestPass {
         let rigs = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("rest"),
             contents: bytemuck::cast_slice(&room),
-            usage: wgpu::BufferUsages::UNIFORM,
+            usage: wgpu::BufferUsages::STORAGE,
         });
         let view = wgpu::BindingResource::TextureView;
         let group = |layout: &wgpu::BindGroupLayout, resources: &[wgpu::BindingResource<'_>]| {
@@ -170,7 +176,7 @@ impl RestPass {
             view(orientations),
             view(nearest),
             rigs.as_entire_binding(),
-            depths.as_entire_binding(),
+            view(limits),
             boxes.boxes.as_entire_binding(),
         ];
         let limited = group(&pipeline.get_bind_group_layout(0), &resources);
@@ -179,8 +185,7 @@ impl RestPass {
         pass.set_bind_group(0, &limited, &[]);
         let tiles = tiles_of(size);
         pass.dispatch_workgroups(tiles.x, tiles.y, 1);
-        let resources = [view(nearest), depths.as_entire_binding()];
-        Said { group: group(&self.carry.get_bind_group_layout(0), &resources) }
+        Admitted { group: group(&self.admit.get_bind_group_layout(0), &[view(limits)]) }
     }
 
     fn limit_of(&self, gpu: &Gpu, rigs: usize) -> wgpu::ComputePipeline {
@@ -201,10 +206,10 @@ impl RestPass {
         made.entry(rigs).or_insert_with(make).clone()
     }
 
-    /// Draws what was said, and where the rest counts.
-    pub(crate) fn carry(&self, pass: &mut wgpu::RenderPass<'_>, said: &Said) {
-        pass.set_pipeline(&self.carry);
-        pass.set_bind_group(0, &said.group, &[]);
+    /// Sets depths behind which whoever counts is seen.
+    pub(crate) fn admit(&self, pass: &mut wgpu::RenderPass<'_>, admitted: &Admitted) {
+        pass.set_pipeline(&self.admit);
+        pass.set_bind_group(0, &admitted.group, &[]);
         pass.draw(0..3, 0..1);
     }
 }

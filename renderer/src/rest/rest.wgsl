@@ -39,9 +39,10 @@ const MARGIN: f32 = 1.001;
 @group(0) @binding(1) var orientations: texture_2d<u32>;
 // What the nearest have said: linear colours times their weight, and that.
 @group(0) @binding(2) var nearest: texture_2d<f32>;
-@group(0) @binding(3) var<uniform> rigs: array<Rig, MAX_RIGS>;
-// Of each pixel the depth behind which rigs do not count.
-@group(0) @binding(4) var<storage, read_write> depths: array<f32>;
+// Storage, of which software devices read once what all threads want.
+@group(0) @binding(3) var<storage, read> rigs: array<Rig, MAX_RIGS>;
+// Of each pixel the depth behind which rigs do not count, and the weight of what was said.
+@group(0) @binding(4) var limits: texture_storage_2d<rg32float, write>;
 @group(0) @binding(5) var<storage, read_write> boxes: array<Box>;
 
 var<workgroup> asked: array<u32, TILE>;
@@ -53,6 +54,10 @@ fn limit(
     @builtin(num_workgroups) tiles: vec3<u32>,
     @builtin(local_invocation_index) column: u32,
 ) {
+    var known: array<Rig, MAX_RIGS>;
+    for (var i = 0u; i < RIGS; i++) {
+        known[i] = rigs[i];
+    }
     let size = textureDimensions(positions);
     let x = tile.x * TILE + column;
     let rows = min(TILE, size.y - tile.y * TILE);
@@ -62,18 +67,18 @@ fn limit(
         // Beyond the right border these read zeros: nothing.
         let record = textureLoad(positions, cell, 0);
         let normal = from_octahedral(textureLoad(orientations, cell, 0).x);
-        let said = UNHEARD * textureLoad(nearest, cell, 0).w;
+        let weight = textureLoad(nearest, cell, 0).w;
+        let said = UNHEARD * weight;
         let place = bitcast<vec3<f32>>(record.xyz);
         var depth = NONE;
         for (var i = 0u; i < RIGS; i++) {
-            let counts = at_most(rigs[i], place, normal) > said
+            let counts = at_most(known[i], place, normal) > said
                 && (record.w & KIND_BITS) != SHOWS_NOTHING && x < size.x;
-            depth = select(depth, min(depth, rigs[i].floor), counts);
-            bits |= select(0u, 1u << rigs[i].index, counts);
+            depth = select(depth, min(depth, known[i].floor), counts);
+            bits |= select(0u, 1u << known[i].index, counts);
         }
-        if x < size.x {
-            depths[cell.y * size.x + x] = depth;
-        }
+        // What lies beyond the border is not stored.
+        textureStore(limits, cell, vec4(depth, weight, 0.0, 0.0));
     }
     asked[column] = bits;
     workgroupBarrier();

@@ -3,9 +3,9 @@
 use glam::{DVec3, UVec2};
 
 use super::reference::{UNHEARD, at_most, heard};
-use super::{MAX_RIGS, RestPass, Spoken, rigs_of};
+use super::{LIMITS_FORMAT, MAX_RIGS, RestPass, Spoken, rigs_of};
 use crate::depths::SHOWS_MESH;
-use crate::kernel_tests::channels::{Channels, orientations, record_words};
+use crate::kernel_tests::channels::{Channels, orientations, record_words, texels};
 use crate::kernel_tests::{gpu, noise, read};
 use crate::octahedral::{plane_code, vector};
 use crate::reference::field::{Field, cells};
@@ -88,12 +88,17 @@ fn on_device(picture: &Field<Pixel>, rest: &[Drawn]) -> (Vec<f32>, Vec<u32>) {
     let codes = orientations(&picture.each(|pixel| pixel.map_or(0, |(_, code, _)| code)));
     let said = picture.each(|pixel| [0.0, 0.0, 0.0, pixel.map_or(0.0, |(.., said)| said as f32)]);
     let nearest = Channels::holding(&said).view();
-    let depths = gpu().device.create_buffer(&wgpu::BufferDescriptor {
+    let limits = gpu().device.create_texture(&wgpu::TextureDescriptor {
         label: None,
-        size: u64::from(SIZE.element_product()) * 4,
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
+        size: wgpu::Extent3d { width: SIZE.x, height: SIZE.y, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: LIMITS_FORMAT,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
     });
+    let limits = limits.create_view(&Default::default());
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
     let shown = Shown { eye: DVec3::ZERO, size: SIZE, positions: &positions };
     let boxes = TilePass::new(gpu()).boxes(gpu(), &mut encoder, shown);
@@ -102,12 +107,15 @@ fn on_device(picture: &Field<Pixel>, rest: &[Drawn]) -> (Vec<f32>, Vec<u32>) {
         positions: &positions,
         orientations: &codes,
         nearest: &nearest,
-        depths: &depths,
+        limits: &limits,
     };
     RestPass::new(gpu()).limit(gpu(), &mut encoder, rest, spoken, &boxes);
-    let found = read(encoder, &depths);
-    let encoder = gpu().device.create_command_encoder(&Default::default());
     let boxes: Vec<[u32; 8]> = read(encoder, &boxes.boxes);
+    let limits = texels(&limits);
+    for (found, pixel) in limits.values.iter().zip(&picture.values) {
+        assert_eq!(found[1], pixel.map_or(0.0, |(.., said)| said as f32), "what was said");
+    }
+    let found = limits.values.iter().map(|found| found[0]).collect();
     (found, boxes.into_iter().map(|words| words[3]).collect())
 }
 

@@ -2,11 +2,11 @@
 // colour, and the weight. Needs photograph.wgsl, texel.wgsl, place.wgsl, point.wgsl, depth_map.wgsl,
 // blend.wgsl and heard.wgsl.
 
-// Two layers a map: depth, and uncertainty.
+// Two layers a map: depth, and that of points that are still the mesh.
 @group(0) @binding(3) var map_mesh: texture_2d_array<f32>;
 @group(0) @binding(4) var map_points: texture_2d_array<f32>;
-// What the nearest rigs have said: linear colours times their weight, and that.
-@group(0) @binding(7) var nearest: texture_2d<f32>;
+// Where the nearest rigs have spoken, see rest.wgsl.
+@group(0) @binding(7) var limits: texture_2d<f32>;
 
 // Whether they have spoken before.
 override OF_REST: bool = false;
@@ -35,7 +35,7 @@ fn weighted_colour(place: Place, seen: Projected, view_depth: f32) -> vec4<f32> 
 // What is heard of a weighted colour in a pixel of the picture.
 fn heard_at(colour: vec4<f32>, cell: vec2<i32>) -> vec4<f32> {
     if OF_REST {
-        return heard(colour, textureLoad(nearest, cell, 0).w);
+        return heard(colour, textureLoad(limits, cell, 0).y);
     }
     return colour;
 }
@@ -53,10 +53,10 @@ fn visible_share(place: Place, n: vec3<f32>, seen: Projected) -> f32 {
     // Maps have a margin, so that what is seen has all four texels in them.
     let between = (first + 1.0) * photograph.map_texel;
     let layer = photograph.map_layer;
-    let mesh = textureGather(0, map_mesh, unfiltered, between, 2u * layer);
-    let delta = textureGather(0, map_mesh, unfiltered, between, 2u * layer + 1u);
+    let of_kind = 2u * layer + select(0u, 1u, place.kind == SHOWS_POINT);
+    let mesh = textureGather(0, map_mesh, unfiltered, between, of_kind);
     let point = textureGather(0, map_points, unfiltered, between, layer);
-    let occluders = Occluders(mesh, delta, point_depths(point));
+    let occluders = Occluders(mesh, point_depths(point));
     // Counterclockwise from the lower left, as they are gathered.
     let low = (first + 0.5 - centre) * per_focal;
     let high = low + per_focal;
@@ -64,7 +64,7 @@ fn visible_share(place: Place, n: vec3<f32>, seen: Projected) -> f32 {
         + (n.y * vec4(high.y, high.y, low.y, low.y) + n.z));
     let z = depths_on_texel_rays(seen.position, n, across);
     let relief = relief_depths(place.relief_m, across);
-    let visible = visibilities(z, bias, place.kind == SHOWS_POINT, relief, occluders);
+    let visible = visibilities(z, bias, relief, occluders);
     let u = 1.0 - t;
     return dot(vec4(u.x, t.x, t.x, u.x) * vec4(t.y, t.y, u.y, u.y), visible);
 }

@@ -18,7 +18,7 @@ use crate::depth_map::DepthMaps;
 use crate::forward::Sprites;
 use crate::frustum::Frustum;
 use crate::photographs::atlas::Atlas;
-use crate::rest::{HEARD_WGSL, NEAREST, RestPass, Said, Spoken};
+use crate::rest::{Admitted, HEARD_WGSL, NEAREST, RestPass, Spoken};
 use crate::screen::{ScreenPass, screen_pass_with};
 use crate::surface::PLACE_WGSL;
 use crate::targets::Targets;
@@ -145,10 +145,8 @@ pub(crate) struct Sources<'a> {
 struct Layer<'a> {
     /// Which of the frame's.
     of: Range<usize>,
-    /// What nearer rigs have said before.
-    after: Option<&'a Said>,
-    /// Where sums of weighted colours go.
-    onto: &'a wgpu::TextureView,
+    /// Who counts where nearer rigs have spoken before.
+    after: Option<&'a Admitted>,
 }
 
 impl ShadePass {
@@ -185,22 +183,22 @@ impl ShadePass {
         let all = sources.photographs;
         let nearest = all.partition_point(|drawn| drawn.rig < NEAREST);
         if nearest == 0 || nearest == all.len() {
-            let layer = Layer { of: 0..all.len(), after: None, onto: &targets.blended };
+            let layer = Layer { of: 0..all.len(), after: None };
             self.draw_layer(gpu, encoder, sources, layer, &groups, targets);
             return;
         }
-        let layer = Layer { of: 0..nearest, after: None, onto: &targets.nearest };
+        let layer = Layer { of: 0..nearest, after: None };
         self.draw_layer(gpu, encoder, sources, layer, &groups, targets);
         let rest = &all[nearest..];
         let spoken = Spoken {
             size: targets.picture_size,
             positions: &targets.records.positions,
             orientations: &targets.records.orientations,
-            nearest: &targets.nearest,
-            depths: &targets.limits,
+            nearest: &targets.blended,
+            limits: &targets.limits,
         };
-        let said = self.rest.limit(gpu, encoder, rest, spoken, sources.tiles.boxes);
-        let layer = Layer { of: nearest..all.len(), after: Some(&said), onto: &targets.blended };
+        let admitted = self.rest.limit(gpu, encoder, rest, spoken, sources.tiles.boxes);
+        let layer = Layer { of: nearest..all.len(), after: Some(&admitted) };
         self.draw_layer(gpu, encoder, sources, layer, &groups, targets);
     }
 
@@ -214,7 +212,7 @@ impl ShadePass {
         groups: &Groups,
         targets: &Targets,
     ) {
-        let Layer { of, after, onto } = layer;
+        let Layer { of, after } = layer;
         // Sprites look for what was chosen everywhere.
         let apart = sources.sprites.is_none();
         let Tiled { pass: tile_pass, boxes } = sources.tiles;
@@ -226,11 +224,14 @@ impl ShadePass {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("photographs"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: onto,
+                view: &targets.blended,
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    load: match after {
+                        None => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                        Some(_) => wgpu::LoadOp::Load,
+                    },
                     store: wgpu::StoreOp::Store,
                 },
             })],
@@ -247,13 +248,12 @@ impl ShadePass {
             }),
             ..Default::default()
         });
-        if let Some(said) = after {
-            self.rest.carry(&mut pass, said);
+        if let Some(admitted) = after {
+            self.rest.admit(&mut pass, admitted);
         }
         let Some(tiles) = tiles else { return };
         let numbered: Vec<(u32, &Drawn)> = (0..MAX_PHOTOGRAPHS).zip(photographs).collect();
-        let group = if of_rest { &groups.of_rest } else { &groups.of_nearest };
-        pass.set_bind_group(0, group, &[]);
+        pass.set_bind_group(0, &groups.frame, &[]);
         let rigs = numbered.chunk_by(|(_, a), (_, b)| a.rig == b.rig).collect::<Vec<_>>();
         for rig in rigs.into_iter().rev() {
             for step in [Step::Choose, Step::Chosen, Step::Alone] {
@@ -336,27 +336,23 @@ impl ShadePass {
             offset: index * PHOTOGRAPH_STRIDE as u64,
             size: std::num::NonZero::new(size_of::<Photograph>() as u64),
         };
-        // What a pass draws to it cannot read: those of the nearest read nothing of either.
-        let frame = |said| {
-            group(
-                "frame",
-                &self.photographs.layouts.frame,
-                &[
-                    entry(0, of_frame.as_entire_binding()),
-                    entry(1, view(&targets.records.positions)),
-                    entry(2, view(&targets.records.orientations)),
-                    entry(3, view(&map_mesh)),
-                    entry(4, view(&map_points)),
-                    entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
-                    entry(6, view(sources.offsets)),
-                    entry(7, view(said)),
-                    entry(8, wgpu::BindingResource::Sampler(&self.unfiltered)),
-                ],
-            )
-        };
+        let frame = group(
+            "frame",
+            &self.photographs.layouts.frame,
+            &[
+                entry(0, of_frame.as_entire_binding()),
+                entry(1, view(&targets.records.positions)),
+                entry(2, view(&targets.records.orientations)),
+                entry(3, view(&map_mesh)),
+                entry(4, view(&map_points)),
+                entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
+                entry(6, view(sources.offsets)),
+                entry(7, view(&targets.limits)),
+                entry(8, wgpu::BindingResource::Sampler(&self.unfiltered)),
+            ],
+        );
         Groups {
-            of_nearest: frame(sources.offsets),
-            of_rest: frame(&targets.nearest),
+            frame,
             // One group each: with dynamic offsets Mesa's software driver loses memory at every
             // draw.
             photographs: (0..)
@@ -382,8 +378,7 @@ impl ShadePass {
 }
 
 struct Groups {
-    of_nearest: wgpu::BindGroup,
-    of_rest: wgpu::BindGroup,
+    frame: wgpu::BindGroup,
     photographs: Vec<wgpu::BindGroup>,
     atlases: Vec<wgpu::BindGroup>,
 }
