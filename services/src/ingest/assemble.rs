@@ -69,7 +69,12 @@ pub(super) fn assemble(
     }
     let mut panoramas = None;
     if let Some(staged) = &built.panoramas {
-        panoramas = Some(PanoramasLayer { file: entry("panoramas", "fgb", &staged.table)? });
+        let delivered = staged.delivered.as_deref();
+        let delivered = delivered.map(|file| entry("panoramas", "delivered.json", file));
+        panoramas = Some(PanoramasLayer {
+            delivered: delivered.transpose()?,
+            file: entry("panoramas", "fgb", &staged.table)?,
+        });
         objects.extend(staged.objects.iter().cloned());
     }
     objects.sort();

@@ -12,7 +12,7 @@ use super::{BadInput, IngestError, Job, Stage, Unit};
 
 /// Version of what the layers make of their inputs. Raise it when the same inputs give other
 /// outputs, so that scenes are made anew.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 
 /// Bytes read at a time: enough for all cores to share the hashing.
 const BLOCK: usize = 4 << 20;

@@ -250,5 +250,6 @@ fn layer_files(manifest: &Manifest) -> impl Iterator<Item = &crate::store::FileE
     let ground = manifest.ground.iter().map(|layer| &layer.file);
     let footprints = manifest.footprints.iter().map(|layer| &layer.file);
     let panoramas = manifest.panoramas.iter().map(|layer| &layer.file);
-    points.chain(stations).chain(ground).chain(footprints).chain(panoramas)
+    let delivered = manifest.panoramas.iter().filter_map(|layer| layer.delivered.as_ref());
+    points.chain(stations).chain(ground).chain(footprints).chain(panoramas).chain(delivered)
 }

@@ -59,12 +59,16 @@ pub struct GroundLayer {
     pub file: FileEntry,
 }
 
-/// `panoramas.{version}.fgb` with the poses, and the photographs below `panoramas/`:
+/// `panoramas.{version}.fgb` with the poses, `panoramas.{version}.delivered.json` with those that were
+/// corrected, and the photographs below `panoramas/`:
 /// `panoramas/{panorama}/{camera}/{image version}/{level}.jpg`, masks as `masks/{mask}.png`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PanoramasLayer {
     /// The FlatGeobuf of rigs, cameras and poses.
     pub file: FileEntry,
+    /// The poses as they were delivered, where those are corrected.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delivered: Option<FileEntry>,
 }
 
 /// `points/{source}.{version}.copc.laz`, and `points/{source}.{version}.stations.json`.

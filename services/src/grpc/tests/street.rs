@@ -130,7 +130,8 @@ async fn publish(store: &Store) {
     manifest.ground = Some(GroundLayer { file: put_ground(&folder, &work, &grid).await });
     manifest.scene.panoramas = 40;
     manifest.scene.images = 80;
-    manifest.panoramas = Some(PanoramasLayer { file: put_panoramas(&folder, &work).await });
+    manifest.panoramas =
+        Some(PanoramasLayer { file: put_panoramas(&folder, &work).await, delivered: None });
     put_points(&folder, &work, &mut manifest).await;
     folder.put_manifest(&manifest).await.expect("memory");
 }

@@ -8,6 +8,7 @@
 //! Decisions:
 //! - A JPEG original is level 0 byte for byte. Other formats are stored as JPEG of quality 95,
 //!   and a warning says how many were.
+//! - Poses are corrected where the photographs clearly disagree with them ([`refine`]).
 //! - Orientation tags (EXIF) are ignored: poses and calibrations refer to the raster as stored.
 //! - Absent images are warnings, unless every image of an entry is absent. Damaged images and
 //!   masks are errors, or warnings with `--skip-damaged`; a damaged list of poses, calibration
@@ -24,6 +25,7 @@ mod mask;
 mod photograph;
 mod pose;
 mod pyramid;
+mod refine;
 mod rotation;
 mod stage;
 
@@ -36,6 +38,7 @@ use serde::{Deserialize, Serialize};
 use super::street::PanoramasSpec;
 use super::{BadInput, IngestError, Job};
 use crate::crs::Crs;
+use crate::layers::delivered;
 use draft::Draft;
 
 /// The panoramas of a scene, ready in the work folder.
@@ -49,6 +52,9 @@ pub struct StagedPanoramas {
     pub images: u64,
     /// Box of the rigs' origins.
     pub bounds: Bounds3,
+    /// The file of the poses as they were delivered, where they are corrected; see
+    /// [`crate::layers::delivered`].
+    pub delivered: Option<PathBuf>,
     /// Every object besides the table: its path below the scene's prefix, and its file in
     /// the work folder.
     pub objects: Vec<(String, PathBuf)>,
@@ -66,20 +72,33 @@ pub fn ingest_panoramas(
     crs: &Crs,
 ) -> Result<Option<StagedPanoramas>, IngestError> {
     let mut drafts = Vec::new();
+    let mut corrected = Vec::new();
     for spec in specs {
         job.check()?;
-        let entry = match spec {
-            PanoramasSpec::Itowns(spec) => itowns::read(job, spec, crs)?,
-            PanoramasSpec::Colmap(spec) => colmap::read(job, spec)?,
-            PanoramasSpec::Equirectangular(spec) => equirectangular::read(job, spec, crs)?,
+        let (entry, refine_poses) = match spec {
+            PanoramasSpec::Itowns(spec) => (itowns::read(job, spec, crs)?, spec.refine_poses),
+            PanoramasSpec::Colmap(spec) => (colmap::read(job, spec)?, spec.refine_poses),
+            PanoramasSpec::Equirectangular(spec) => (equirectangular::read(job, spec, crs)?, false),
         };
-        drafts.extend(files::keep_existing(job, entry)?);
+        let mut entry = files::keep_existing(job, entry)?;
+        if refine_poses {
+            corrected.extend(refine::refine(job, &mut entry)?);
+        }
+        drafts.extend(entry);
     }
     refuse_duplicates(&drafts)?;
     if drafts.is_empty() {
         return Ok(None);
     }
-    stage::stage(job, &drafts, crs)
+    let Some(mut staged) = stage::stage(job, &drafts, crs)? else { return Ok(None) };
+    if !corrected.is_empty() {
+        let path = job.work.join("panoramas.delivered.json");
+        let bytes = delivered::encode(&corrected)
+            .map_err(|e| files::io("write", &path, std::io::Error::other(e)))?;
+        files::write_finished(&path, &bytes)?;
+        staged.delivered = Some(path);
+    }
+    Ok(Some(staged))
 }
 
 fn refuse_duplicates(drafts: &[Draft]) -> Result<(), IngestError> {

@@ -111,6 +111,7 @@ pub(super) fn stage(
         panoramas: panoramas.len() as u64,
         images,
         bounds,
+        delivered: None,
         objects: objects.into_iter().collect(),
     }))
 }

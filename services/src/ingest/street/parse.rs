@@ -291,8 +291,9 @@ fn footprint_height(entry: &Entry<'_>, points: &[PointsSpec]) -> Result<HeightSo
 
 fn panoramas_spec(section: &Section<'_>, root: &Root) -> Result<PanoramasSpec, IngestError> {
     const POSE: [&str; 4] = ["heading", "height_offset_m", "boresight_deg", "uncertainty_m"];
-    const ITOWNS: [&str; 5] = ["format", "poses", "calibration", "images", "masks_exclude"];
-    const COLMAP: [&str; 4] = ["format", "model", "images", "uncertainty_m"];
+    const ITOWNS: [&str; 6] =
+        ["format", "poses", "calibration", "images", "masks_exclude", "refine_poses"];
+    const COLMAP: [&str; 5] = ["format", "model", "images", "uncertainty_m", "refine_poses"];
     const EQUIRECTANGULAR: [&str; 3] = ["format", "list", "images"];
     section.only(&[&POSE[..], &ITOWNS, &["model", "list"]].concat())?;
     let format = section.require("format", "\"itowns\", \"colmap\" or \"equirectangular\"")?;
@@ -320,6 +321,7 @@ fn panoramas_spec(section: &Section<'_>, root: &Root) -> Result<PanoramasSpec, I
                 height_offset_m: height_offset(section)?,
                 boresight_deg: boresight(section)?,
                 uncertainty_m: section.uncertainty()?,
+                refine_poses: refine_poses(section)?,
             }))
         }
         1 => {
@@ -329,6 +331,7 @@ fn panoramas_spec(section: &Section<'_>, root: &Root) -> Result<PanoramasSpec, I
                 model: folder(&section.require("model", "\"colmap/sparse/0\"")?)?,
                 images: folder(&section.require("images", "\"images\"")?)?,
                 uncertainty_m: section.uncertainty()?,
+                refine_poses: refine_poses(section)?,
             }))
         }
         _ => {
@@ -352,6 +355,11 @@ fn north(section: &Section<'_>) -> Result<North, IngestError> {
     section.get("heading").map_or(Ok(North::Grid), |entry| {
         entry.choice(&[("grid-north", North::Grid), ("true-north", North::True)])
     })
+}
+
+/// By itself, unless it is forbidden.
+fn refine_poses(section: &Section<'_>) -> Result<bool, IngestError> {
+    section.get("refine_poses").map_or(Ok(true), |entry| entry.truth())
 }
 
 fn height_offset(section: &Section<'_>) -> Result<f64, IngestError> {

@@ -136,6 +136,13 @@ impl<'a> Entry<'a> {
         self.value.get_ref().is_str()
     }
 
+    /// Yes or no.
+    pub(super) fn truth(&self) -> Result<bool, IngestError> {
+        self.value.get_ref().as_bool().ok_or_else(|| {
+            self.fault("expected true or false", format!("write {} = false", self.key))
+        })
+    }
+
     /// A finite number.
     pub(super) fn number(&self) -> Result<f64, IngestError> {
         number(self.value.get_ref())

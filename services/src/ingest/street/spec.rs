@@ -124,6 +124,8 @@ pub struct ItownsSpec {
     pub boresight_deg: [f64; 3],
     /// How far a position may be off, metres, 0 where unknown.
     pub uncertainty_m: f64,
+    /// Whether poses are corrected where the photographs clearly disagree with them.
+    pub refine_poses: bool,
 }
 
 /// A COLMAP model, text or binary, in the scene's world frame.
@@ -137,6 +139,8 @@ pub struct ColmapSpec {
     pub images: PathBuf,
     /// How far a position may be off, metres, 0 where unknown.
     pub uncertainty_m: f64,
+    /// Whether poses are corrected where the photographs clearly disagree with them.
+    pub refine_poses: bool,
 }
 
 /// Equirectangular panoramas listed with their poses.

@@ -64,7 +64,7 @@ fn read_files(files: &[(&str, &[u8])]) -> Result<Vec<Draft>, String> {
     let root = Root::new(folder.path(), true).expect("a root");
     let images = root.folder().join("images");
     let model = root.folder().to_owned();
-    let spec = ColmapSpec { root, model, images, uncertainty_m: 0.25 };
+    let spec = ColmapSpec { root, model, images, uncertainty_m: 0.25, refine_poses: true };
     let job = Job::new(folder.path(), 1 << 24);
     read(&job, &spec).map_err(|e| e.to_string())
 }

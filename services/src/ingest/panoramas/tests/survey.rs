@@ -81,6 +81,7 @@ impl Survey {
             heading: North::Grid,
             height_offset_m: 2.0,
             boresight_deg: [0.0; 3],
+            refine_poses: true,
             uncertainty_m: 0.3,
             root,
         }
