@@ -1,6 +1,6 @@
 //! Where point sources were taken from.
 
-use flaneur_scene::Station;
+use flaneur_scene::{Station, StationCorrection};
 use glam::DVec3;
 
 use crate::error::FieldError;
@@ -14,6 +14,15 @@ const STEPS_A_SECOND: f64 = 1e6;
 
 /// Steps of a metre in which coordinates are sent.
 const STEPS_A_METRE: f64 = 1e3;
+
+/// Steps of a radian in which turns are sent, and of a metre in which shifts are.
+const STEPS_A_RADIAN: f64 = 1e9;
+const STEPS_A_SHIFTED_METRE: f64 = 1e5;
+
+/// A correction is six numbers, each within so many steps of 0.
+const CORRECTION: usize = 6;
+const FARTHEST_TURN: i64 = 500_000_000;
+const FARTHEST_SHIFT: i64 = 10_000_000;
 
 /// Numbers are within so many steps of 0.
 const FARTHEST_TIME: i64 = 1_000_000_000_000_000_000;
@@ -51,6 +60,7 @@ impl TryFrom<&[Station]> for v1::Stations {
             message.z_steps_mm.push(now[3] - before[3]);
             before = now;
         }
+        message.correction_steps = correction_steps(stations)?;
         Ok(message)
     }
 }
@@ -71,6 +81,7 @@ impl TryFrom<v1::Stations> for Vec<Station> {
                 return Err(FieldError::new(*field, problem));
             }
         }
+        let corrections = corrections(&message.correction_steps, count)?;
         let mut stations = Self::with_capacity(count);
         let mut before = [0_i64; 4];
         let positions = lists[0].iter().zip(lists[1]).zip(lists[2]);
@@ -97,11 +108,68 @@ impl TryFrom<v1::Stations> for Vec<Station> {
             ];
             let [time, x, y, z] = now.map(|steps| steps as f64);
             let position = DVec3::new(x, y, z) / STEPS_A_METRE;
-            stations.push(Station { time_s: time / STEPS_A_SECOND, position });
+            let correction = corrections.get(index).copied().unwrap_or_default();
+            stations.push(Station { time_s: time / STEPS_A_SECOND, position, correction });
             before = now;
         }
         Ok(stations)
     }
+}
+
+/// What is sent of the corrections, nothing where there are none; an error names one that is no small
+/// motion.
+fn correction_steps(stations: &[Station]) -> Result<Vec<i64>, FieldError> {
+    let mut sent = Vec::new();
+    if stations.iter().all(|station| station.correction.is_none()) {
+        return Ok(sent);
+    }
+    let mut before = [0; CORRECTION];
+    for (index, Station { correction, .. }) in stations.iter().enumerate() {
+        let turn = correction.turn_rad * STEPS_A_RADIAN;
+        let shift = correction.shift_m * STEPS_A_SHIFTED_METRE;
+        let steps = [turn.x, turn.y, turn.z, shift.x, shift.y, shift.z].map(f64::round);
+        let farthest = |k: usize| if k < 3 { FARTHEST_TURN } else { FARTHEST_SHIFT };
+        // Written so that NaN is refused.
+        if !(0..CORRECTION).all(|k| steps[k].abs() <= farthest(k) as f64) {
+            let problem = format!("is {correction:?}, no small motion");
+            return Err(FieldError::new(format!("stations[{index}].correction"), problem));
+        }
+        let now = steps.map(|steps| steps as i64);
+        sent.extend(now.iter().zip(before).map(|(now, before)| now - before));
+        before = now;
+    }
+    Ok(sent)
+}
+
+/// The corrections of `count` stations, or none.
+fn corrections(sent: &[i64], count: usize) -> Result<Vec<StationCorrection>, FieldError> {
+    if !sent.is_empty() && sent.len() != CORRECTION * count {
+        let problem = format!("holds {}, for {count} stations", sent.len());
+        return Err(FieldError::new("correction_steps", problem));
+    }
+    let mut now = [0_i64; CORRECTION];
+    let mut found = Vec::with_capacity(sent.len() / CORRECTION);
+    for (index, step) in sent.iter().enumerate() {
+        let (sum, farthest) = match index % CORRECTION {
+            k @ 0..3 => (&mut now[k], FARTHEST_TURN),
+            k => (&mut now[k], FARTHEST_SHIFT),
+        };
+        *sum = sum
+            .checked_add(*step)
+            .filter(|sum| (-farthest..=farthest).contains(sum))
+            .ok_or_else(|| {
+                let problem = format!("is {step} after {sum}, beyond {farthest}");
+                FieldError::new(format!("correction_steps[{index}]"), problem)
+            })?;
+        if index % CORRECTION == CORRECTION - 1 {
+            let [tx, ty, tz, x, y, z] = now.map(|steps| steps as f64);
+            found.push(StationCorrection {
+                turn_rad: DVec3::new(tx, ty, tz) / STEPS_A_RADIAN,
+                shift_m: DVec3::new(x, y, z) / STEPS_A_SHIFTED_METRE,
+            });
+        }
+    }
+    Ok(found)
 }
 
 /// The lists of coordinates.
@@ -113,7 +181,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn station(time_s: f64, x: f64) -> Station {
-        Station { time_s, position: DVec3::new(x, 6.86e6, 30.0) }
+        let position = DVec3::new(x, 6.86e6, 30.0);
+        Station { time_s, position, correction: StationCorrection::default() }
     }
 
     fn drive() -> v1::Stations {
@@ -135,6 +204,15 @@ mod tests {
         assert_eq!(field(|m| m.y_steps_mm[1] = i64::MAX), "y_steps_mm[1]");
         assert_eq!(field(|m| m.x_steps_mm.push(1)), "x_steps_mm");
         assert_eq!(field(|m| m.z_steps_mm.clear()), "z_steps_mm");
+        assert_eq!(field(|m| m.correction_steps = vec![0; 6]), "correction_steps");
+        assert_eq!(field(|m| m.correction_steps = vec![i64::MAX; 12]), "correction_steps[0]");
+        let twice = |m: &mut v1::Stations| {
+            m.correction_steps = vec![0; 12];
+            m.correction_steps[0] = 300_000_000;
+            m.correction_steps[6] = 300_000_000;
+        };
+        assert_eq!(field(twice), "correction_steps[6]");
+        assert_eq!(field(|m| m.correction_steps = vec![6_000_000; 12]), "correction_steps[9]");
         assert_eq!(field(|m| m.time_steps_us = vec![1; MAX_STATIONS + 1]), "time_steps_us");
     }
 
@@ -152,6 +230,24 @@ mod tests {
             station(f64::INFINITY, 1.0),
         ] {
             assert_eq!(fault(bad), "stations[1]", "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn corrections_come_back_and_large_ones_are_not_sent() {
+        let mut stations = [station(1.0, 2.0), station(2.0, 3.0)];
+        stations[1].correction.turn_rad = DVec3::new(0.024, -1e-9, 0.0);
+        stations[1].correction.shift_m = DVec3::new(-0.15, 0.0, 1e-5);
+        let message = v1::Stations::try_from(&stations[..]).expect("small motions");
+        let back = Vec::<Station>::try_from(message).expect("valid");
+        for (back, sent) in back.iter().zip(&stations) {
+            assert!((back.correction.turn_rad - sent.correction.turn_rad).length() < 1e-9);
+            assert!((back.correction.shift_m - sent.correction.shift_m).length() < 1e-5);
+        }
+        for turn in [0.6, f64::NAN] {
+            stations[0].correction.turn_rad.z = turn;
+            let fault = v1::Stations::try_from(&stations[..]).expect_err("no small motion").field;
+            assert_eq!(fault, "stations[0].correction");
         }
     }
 
@@ -173,7 +269,11 @@ mod tests {
             let mut time_s = start;
             let sent: Vec<Station> = way.into_iter().map(|(step_s, place)| {
                 time_s += step_s;
-                Station { time_s, position: DVec3::from_array(place) }
+                Station {
+                    time_s,
+                    position: DVec3::from_array(place),
+                    correction: StationCorrection::default(),
+                }
             }).collect();
             let message = v1::Stations::try_from(&sent[..]).expect("ascending");
             let back = Vec::<Station>::try_from(message).expect("valid");

@@ -47,6 +47,6 @@ pub use orientation::{heading_pitch_roll, world_from_rig};
 pub use panorama::{Mask, Panorama, Projection, RigCamera, StoredImage};
 pub use points::{PointChunk, PointNodeId};
 pub use srgb::{linear_from_srgb, srgb_from_linear};
-pub use stations::{PointStations, Station};
+pub use stations::{PointStations, Station, StationCorrection};
 pub use update::{ImageUpdate, SceneUpdate};
 pub use view::{Ray, View, ViewProjection};

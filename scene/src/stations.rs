@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// Where a survey was at some time, as far as its points tell: the mean of those taken about then.
@@ -15,6 +15,31 @@ pub struct Station {
     pub time_s: f64,
     /// World frame, metres.
     pub position: DVec3,
+    /// How the points of then are shown, where the survey had its vehicle slightly elsewhere.
+    #[serde(default, skip_serializing_if = "StationCorrection::is_none")]
+    pub correction: StationCorrection,
+}
+
+/// A small rigid motion about a station's position, from where a survey has its points to where
+/// they belong.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StationCorrection {
+    /// Turn about the station's position: axis of the world times angle, radians.
+    pub turn_rad: DVec3,
+    /// Then this is added, metres.
+    pub shift_m: DVec3,
+}
+
+impl StationCorrection {
+    /// Whether nothing moves.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The turn as a matrix.
+    pub fn turn(&self) -> DMat3 {
+        DMat3::from_quat(DQuat::from_scaled_axis(self.turn_rad))
+    }
 }
 
 /// Where the points of a chunk were taken from, as far as that is known.

@@ -7,6 +7,7 @@ use flaneur_scene::{Bounds2, Bounds3};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::follow::follow;
 use super::footprints::{StagedFootprints, footprint_extent, ingest_footprints};
 use super::ground::{Ground, StagedGround, ingest_ground};
 use super::panoramas::{StagedPanoramas, ingest_panoramas};
@@ -16,6 +17,7 @@ use super::street::Street;
 use super::workspace::Workspace;
 use super::{IngestError, Job, Warnings};
 use crate::crs::Crs;
+use crate::layers::delivered;
 
 /// How far beyond everything else outlines get terrain, metres.
 const OUTLINES_REACH_M: f64 = 500.0;
@@ -65,6 +67,12 @@ pub(super) fn build(
     if let Some(layer) = &plan.panoramas {
         let make = |job: &Job| ingest_panoramas(job, &street.panoramas, crs);
         built.panoramas = built.layer(workspace, layer, job, make)?.0;
+    }
+    if let Some(path) = built.panoramas.as_ref().and_then(|panoramas| panoramas.delivered.clone()) {
+        let bytes = std::fs::read(&path).map_err(|e| IngestError::io("read", &path, e))?;
+        let poses = delivered::decode(&bytes)
+            .map_err(|e| IngestError::io("read", &path, std::io::Error::other(e)))?;
+        built.points.iter_mut().try_for_each(|staged| follow(job, staged, &poses))?;
     }
     if let Some(layer) = &plan.ground {
         let known = built.bounds().plan();

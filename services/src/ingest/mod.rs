@@ -8,6 +8,7 @@ mod assemble;
 mod build;
 mod error;
 mod fingerprint;
+mod follow;
 pub mod footprints;
 pub mod ground;
 mod inputs;

@@ -21,6 +21,15 @@ pub fn encode(stations: &[Station]) -> Result<Vec<u8>, String> {
     serde_json::to_vec(stations).map_err(|error| error.to_string())
 }
 
+/// What [`encode`] wrote.
+///
+/// # Errors
+///
+/// Where the bytes are no such file.
+pub fn decode(bytes: &[u8]) -> Result<Vec<Station>, serde_json::Error> {
+    serde_json::from_slice(bytes)
+}
+
 /// The stations in the file of `size` bytes at `path`, as they are sent.
 ///
 /// # Errors
@@ -36,8 +45,7 @@ pub async fn read(
         return Err(damaged(format!("{size} bytes, must be 1 to {MAX_BYTES}")));
     }
     let bytes = store.get_range(path, 0..size).await?;
-    let stations: Vec<Station> =
-        serde_json::from_slice(&bytes).map_err(|error| damaged(error.to_string()))?;
+    let stations = decode(&bytes).map_err(|error| damaged(error.to_string()))?;
     let message = v1::Stations::try_from(&stations[..]);
     message.map_err(|error: FieldError| damaged(error.to_string()))
 }
@@ -51,7 +59,11 @@ mod tests {
     #[tokio::test]
     async fn what_was_written_comes_back_and_damage_is_named() {
         let stations: Vec<Station> = (0..100)
-            .map(|i| Station { time_s: f64::from(i), position: DVec3::splat(f64::from(i)) })
+            .map(|i| Station {
+                time_s: f64::from(i),
+                position: DVec3::splat(f64::from(i)),
+                correction: flaneur_scene::StationCorrection::default(),
+            })
             .collect();
         let (store, path) = (InMemory::new(), Path::from("a.stations.json"));
         let bytes = encode(&stations).expect("ascending");

@@ -23,7 +23,7 @@ pub(super) const WITHHELD: u8 = 0b100;
 
 /// The points of the node `id`, from the LAZ bytes of its chunk.
 ///
-/// Positions are relative to the centre of the node's cell, whose size bounds them: at f32
+/// Points are where `track` shows them. Positions are relative to the centre of the node's cell, whose size bounds them: at f32
 /// they are exact to 2⁻²⁴ of it. Points that the survey marks as withheld are left out;
 /// the others come along a curve through space, one curve for each stretch of `track`, the
 /// source's, that they were taken from.
@@ -68,15 +68,18 @@ pub(crate) fn decode_points(
             continue;
         }
         let stored = IVec3::new(i32_at(record, 0), i32_at(record, 4), i32_at(record, 8));
-        let position = stored.as_dvec3() * source.scale + source.offset - origin;
+        let surveyed = stored.as_dvec3() * source.scale + source.offset;
+        let position = surveyed - origin;
         if !(position.abs().max_element() <= reach) {
             let problem = format!("a point lies {position} m from the middle of its node");
             return Err(damaged(what(), problem));
         }
-        positions.push(position.as_vec3().to_array());
+        let time_s = f64_at(record, GPS_TIME);
+        let shown = track.shown(time_s, surveyed) - origin;
+        positions.push(shown.as_vec3().to_array());
         intensities.push(u16_at(record, INTENSITY));
         classes.push(record[CLASS]);
-        times_s.push(f64_at(record, GPS_TIME));
+        times_s.push(time_s);
         if has_colour {
             colours.push([0, 2, 4].map(|channel| u16_at(record, COLOUR + channel)));
         }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use flaneur_scene::{PointStations, Station};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Places of one survey lie about this far apart, metres.
 const APART_M: f64 = 1.5;
@@ -21,7 +21,22 @@ const RUN_POINTS: usize = 256;
 pub(crate) struct Track {
     times_s: Vec<f64>,
     places: Arc<[DVec3]>,
+    /// How points are shown, by the time at which they were taken; empty where all are as they are.
+    motions: Vec<Motion>,
 }
+
+/// A station's correction.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    time_s: f64,
+    pivot: DVec3,
+    turn: DMat3,
+    turn_rad: f64,
+    shift: DVec3,
+}
+
+/// Points farther than this from where they were taken are few, metres.
+const FAR_M: f64 = 150.0;
 
 impl Track {
     /// The track through `stations`, which ascend in time: where they are far apart it has places
@@ -36,10 +51,40 @@ impl Track {
             let track = with_places(stations, apart_m, longest_s);
             if track.len() <= MOST_PLACES {
                 let (times_s, places): (Vec<f64>, Vec<DVec3>) = track.into_iter().unzip();
-                return Self { times_s, places: places.into() };
+                let motions = motions(stations);
+                let track = Self { times_s, places: places.into(), motions };
+                let shown = |(time_s, place): (&f64, &DVec3)| track.shown(*time_s, *place);
+                let places = track.times_s.iter().zip(track.places.iter()).map(shown).collect();
+                return Self { places, ..track };
             }
             apart_m *= 2.0;
         }
+    }
+
+    /// Where a point that the survey has at `place` is shown, world.
+    pub(crate) fn shown(&self, time_s: f64, place: DVec3) -> DVec3 {
+        if self.motions.is_empty() || !time_s.is_finite() {
+            return place;
+        }
+        let after = self.motions.partition_point(|motion| motion.time_s < time_s);
+        let before = after.checked_sub(1).and_then(|before| self.motions.get(before));
+        match (before, self.motions.get(after)) {
+            (Some(before), Some(after)) => {
+                let share = (time_s - before.time_s) / (after.time_s - before.time_s);
+                before.of(place).lerp(after.of(place), share.clamp(0.0, 1.0))
+            }
+            (Some(only), None) | (None, Some(only)) => only.of(place),
+            (None, None) => place,
+        }
+    }
+
+    /// How far from where the survey has them points about `place` are shown, metres, at most.
+    pub(crate) fn farthest_m(&self, place: DVec3) -> f64 {
+        let near = |motion: &&Motion| motion.pivot.distance(place) <= FAR_M;
+        let farthest = |motion: &Motion| {
+            motion.shift.length() + motion.turn_rad * motion.pivot.distance(place)
+        };
+        self.motions.iter().filter(near).map(farthest).fold(0.0, f64::max)
     }
 
     /// Which places the points were taken from, by their times; nothing where the track is a
@@ -66,6 +111,26 @@ impl Track {
         };
         u16::try_from(nearest).unwrap_or(PointStations::UNKNOWN)
     }
+}
+
+impl Motion {
+    fn of(&self, place: DVec3) -> DVec3 {
+        self.turn * (place - self.pivot) + self.pivot + self.shift
+    }
+}
+
+fn motions(stations: &[Station]) -> Vec<Motion> {
+    if stations.iter().all(|station| station.correction.is_none()) {
+        return Vec::new();
+    }
+    let motion = |station: &Station| Motion {
+        time_s: station.time_s,
+        pivot: station.position,
+        turn: station.correction.turn(),
+        turn_rad: station.correction.turn_rad.length(),
+        shift: station.correction.shift_m,
+    };
+    stations.iter().map(motion).collect()
 }
 
 /// Time and place along `stations`, about `apart_m` apart; more than [`MOST_PLACES`] are not all.

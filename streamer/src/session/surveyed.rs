@@ -10,12 +10,15 @@ use super::{one, payload};
 use crate::StreamError;
 use crate::choose::WantedNode;
 use crate::client::HierarchyEntry;
-use crate::decode::{SurveyedPoint, decoded, nearest_point};
+use crate::decode::{SurveyedPoint, Track, decoded, nearest_point};
 use crate::load::Loader;
 use crate::plan::Part;
 use crate::survey::Target;
 
-/// The point nearest to `place` (world) and within `reach_m` of it, of the nodes that are `shown`. What
+/// Stations within reach of a place move its points by less than this, metres.
+const FARTHEST_M: f64 = 200.0;
+
+/// The point shown nearest to `place` (world) and within `reach_m` of it, of the nodes that are `shown`. What
 /// has been fetched is found in the cache.
 pub(crate) async fn point_at(
     loader: &Arc<Loader>,
@@ -26,10 +29,13 @@ pub(crate) async fn point_at(
     let mut best: Option<(f64, SurveyedPoint)> = None;
     let scene = Arc::clone(loader.scene());
     for (index, source) in (0u16..).zip(&scene.point_sources) {
-        if !reaches(&source.bounds, place, reach_m) {
+        // No point moves as far as that.
+        if !reaches(&source.bounds, place, reach_m + FARTHEST_M) {
             continue;
         }
-        for node in nodes_at(loader, index, place, reach_m).await? {
+        let track = track_of(loader, index).await?;
+        let stored_m = reach_m + track.farthest_m(place);
+        for node in nodes_at(loader, index, place, stored_m).await? {
             let id = PointNodeId { source: index, key: node.key };
             if node.point_count == 0 || !shown(&id) {
                 continue;
@@ -43,13 +49,12 @@ pub(crate) async fn point_at(
                 seen: true,
             });
             let (what, chunk) = (target.name(), payload(loader, Part::Node(id), target).await?);
-            let of_scene = Arc::clone(&scene);
+            let (of_scene, track) = (Arc::clone(&scene), Arc::clone(&track));
             let decode = move || {
                 let source = of_scene.point_sources.get(usize::from(index));
-                source.map_or(Ok(None), |source| nearest_point(source, &node, &chunk, place))
+                source.map_or(Ok(None), |s| nearest_point(s, &node, &chunk, &track, place))
             };
-            let Some(point) = decoded(&what, decode).await? else { continue };
-            let distance_m = point.position.distance(place);
+            let Some((distance_m, point)) = decoded(&what, decode).await? else { continue };
             let nearest_m = best.as_ref().map_or(reach_m, |(nearest_m, _)| *nearest_m);
             if distance_m <= nearest_m {
                 best = Some((distance_m, point));
@@ -57,6 +62,16 @@ pub(crate) async fn point_at(
         }
     }
     Ok(best.map(|(_, point)| point))
+}
+
+/// Where a source was taken from.
+async fn track_of(loader: &Arc<Loader>, source: u16) -> Result<Arc<Track>, StreamError> {
+    let scene = Arc::clone(loader.scene());
+    let context = Context { scene, mask: None, track: None, normals: false };
+    match one(loader, Part::Stations(source), Target::Named, context).await? {
+        Understood::Stations(track) => Ok(track),
+        _ => Ok(Arc::new(Track::through(&[]))),
+    }
 }
 
 /// The nodes of a source whose cells come within `reach_m` of `place`.

@@ -110,6 +110,7 @@ pub(super) fn stations() -> Vec<Station> {
     let station = |i: u32| Station {
         time_s: 0.125 * f64::from(i),
         position: DVec3::new(f64::from(i), 0.5, 32.0),
+        correction: flaneur_scene::StationCorrection::default(),
     };
     (0..50).map(station).collect()
 }

@@ -36,7 +36,7 @@ use std::path::{Path, PathBuf};
 use flaneur_scene::{Bounds3, PointSource, Station};
 use serde::{Deserialize, Serialize};
 
-pub use scan::{ScannedPoints, scan};
+pub use scan::{ScannedPoints, scan, scan_timed};
 
 use self::build::{Built, build_in_memory, part_path, write_error};
 use self::file::PointFile;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use flaneur_proto::v1;
-use flaneur_scene::Station;
+use flaneur_scene::{Station, StationCorrection};
 use glam::{DVec3, I64Vec3};
 
 use super::scan::raw_position;
@@ -19,7 +19,7 @@ const TIME_STEP_S: f64 = 1e-6;
 /// No survey's clock is this far from zero, seconds.
 const FARTHEST_TIME_S: f64 = 1e12;
 /// Offset of the GPS time in records of formats 6, 7 and 8.
-const GPS_TIME: usize = 22;
+pub(super) const GPS_TIME: usize = 22;
 
 /// Sums of the points of each moment; the same whatever the order of the points.
 #[derive(Clone, Debug, Default)]
@@ -61,6 +61,7 @@ impl SharedMoments {
                 Station {
                     time_s: mean(sum.time) * TIME_STEP_S,
                     position: DVec3::from_array(sum.raw.map(mean)) * scale + offset,
+                    correction: StationCorrection::default(),
                 }
             })
             .collect();

@@ -1,5 +1,8 @@
 use super::*;
-use flaneur_scene::{Bounds3, GpsTimeKind, NodeKey, OctreeCube, PointStations, Station};
+use crate::decode::surveyed::nearest_point;
+use flaneur_scene::{
+    Bounds3, GpsTimeKind, NodeKey, OctreeCube, PointStations, Station, StationCorrection,
+};
 use glam::DVec3;
 use laz::LazVlrBuilder;
 use laz::record::{LayeredPointRecordCompressor, RecordCompressor};
@@ -97,7 +100,11 @@ fn points_come_back() {
 fn points_know_where_they_were_taken() {
     let source = source();
     let chunk = compress(&source, &three());
-    let places = [0.0, 1.6, 3.0].map(|time_s| Station { time_s, position: CENTRE + 9.0 * time_s });
+    let places = [0.0, 1.6, 3.0].map(|time_s| Station {
+        time_s,
+        position: CENTRE + 9.0 * time_s,
+        correction: StationCorrection::default(),
+    });
     let points =
         decode_points(&source, ID, &node(3, &chunk), &chunk, &Track::through(&places), true)
             .expect("sound");
@@ -108,6 +115,37 @@ fn points_know_where_they_were_taken() {
     let without = decode_points(&source, ID, &node(3, &chunk), &chunk, &Track::through(&[]), true);
     let points = PointChunk { stations: PointStations::default(), ..points };
     assert_eq!(without.expect("sound"), points, "and nothing else changes");
+}
+
+/// Points are shown where their station's correction has them; who asks gets them as surveyed.
+#[test]
+fn corrected_points_are_shown_elsewhere_and_found_as_surveyed() {
+    let source = source();
+    let chunk = compress(&source, &three());
+    let shift = DVec3::new(0.3, -0.2, 0.1);
+    let stations = [0.0, 3.0].map(|time_s| Station {
+        time_s,
+        position: CENTRE,
+        correction: StationCorrection { shift_m: shift, ..StationCorrection::default() },
+    });
+    let decode = |stations: &[Station]| {
+        let track = Track::through(stations);
+        decode_points(&source, ID, &node(3, &chunk), &chunk, &track, false).expect("sound")
+    };
+    let (surveyed, shown) = (decode(&[]), decode(&stations));
+    let place = |chunk: &PointChunk, point: usize| {
+        chunk.origin + glam::Vec3::from_array(chunk.positions[point]).as_dvec3()
+    };
+    assert_eq!(shown.positions.len(), 2);
+    for point in 0..2 {
+        let here = place(&shown, point);
+        let track = Track::through(&stations);
+        let found = nearest_point(&source, &node(3, &chunk), &chunk, &track, here);
+        let (distance_m, found) = found.expect("sound").expect("a point");
+        assert!(distance_m < 1e-5, "{distance_m}");
+        assert!((here - found.position - shift).length() < 1e-5);
+        assert!((0..2).any(|other| place(&surveyed, other).distance(found.position) < 1e-5));
+    }
 }
 
 #[test]

@@ -1,8 +1,11 @@
+use flaneur_scene::StationCorrection;
+
 use super::*;
 use proptest::prelude::*;
 
 fn station(time_s: f64, x: f64) -> Station {
-    Station { time_s, position: DVec3::new(651_000.0 + x, 6_861_000.0, 40.0) }
+    let position = DVec3::new(651_000.0 + x, 6_861_000.0, 40.0);
+    Station { time_s, position, correction: StationCorrection::default() }
 }
 
 fn place(track: &Track, time_s: f64) -> f64 {
@@ -81,4 +84,26 @@ proptest! {
         let of = track.stations_of(&[asked]);
         prop_assert_eq!(of.of_point(0).is_some(), track.places.len() > 1 && asked.is_finite());
     }
+}
+
+/// A turn of a degree about a station, and a shift; half way to one without, half of both.
+#[test]
+fn points_are_shown_where_their_stations_say() {
+    let mut stations = [station(0.0, 0.0), station(1.0, 2.0), station(100.0, 3.0)];
+    let nothing = Track::through(&stations);
+    let pivot = stations[0].position;
+    let place = pivot + DVec3::new(30.0, 0.0, 5.0);
+    assert_eq!((nothing.shown(0.4, place), nothing.farthest_m(place)), (place, 0.0));
+    stations[0].correction.turn_rad = DVec3::new(0.0, 0.0, 1f64.to_radians());
+    stations[0].correction.shift_m = DVec3::new(0.1, 0.0, -0.2);
+    let track = Track::through(&stations);
+    let (sin, cos) = 1f64.to_radians().sin_cos();
+    let moved = DVec3::new(30.0 * cos + 0.1, 30.0 * sin, 4.8) - DVec3::new(30.0, 0.0, 5.0);
+    for (time_s, share) in [(-9.0, 1.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.0), (2.0, 0.0)] {
+        let off = track.shown(time_s, place) - place - share * moved;
+        assert!(off.length() < 1e-8, "{time_s}: {off}");
+        assert!((share * moved).length() <= track.farthest_m(place));
+    }
+    assert_eq!(track.shown(f64::NAN, place), place, "nobody knows when it was");
+    assert!((track.places[0] - pivot - DVec3::new(0.1, 0.0, -0.2)).length() < 1e-8);
 }

@@ -326,9 +326,8 @@ impl Adjustment {
                     let w = weight * by_pose[row][k];
                     block[k] += w * j;
                     right[panorama][k] -= w * error[row];
-                    for l in 0..6 {
-                        normal.diagonal[panorama][k][l] += w * by_pose[row][l];
-                    }
+                    let sums = normal.diagonal[panorama][k].iter_mut();
+                    sums.zip(by_pose[row]).for_each(|(sum, other)| *sum += w * other);
                 }
             }
             if poses {

@@ -6,7 +6,7 @@ use image::RgbImage;
 
 use super::*;
 
-const SIZE: UVec2 = UVec2::new(320, 200);
+const SIZE: UVec2 = UVec2::new(480, 300);
 /// Far from zero, as surveys are.
 const ORIGIN: DVec3 = DVec3::new(651_000.0, 6_861_000.0, 40.0);
 /// Rig axes (right, forward, up) as camera axes.
@@ -119,7 +119,7 @@ fn poses_that_are_off_are_found_and_right_ones_stay() {
         let jitter = DVec3::new((2.1 * t).sin(), (3.7 * t).cos(), (5.3 * t).sin());
         draft.position += 0.04 * jitter;
         draft.world_from_rig = DMat3::from_rotation_z(0.025)
-            * DMat3::from_rotation_x(0.004 * (1.3 * t).sin())
+            * DMat3::from_rotation_x(0.006 * (1.3 * t).sin())
             * draft.world_from_rig;
     }
     let delivered = off.clone();
@@ -127,9 +127,9 @@ fn poses_that_are_off_are_found_and_right_ones_stay() {
     let poses = refine(&job, &mut off).expect("photographs");
     let (after_m, after_rad) = errors(&off, &truth);
     println!("from {before_m:.4} m, {before_rad:.5} to {after_m:.4} m, {after_rad:.5}");
-    assert!(before_m > 0.04 && before_rad > 0.004, "{before_m} {before_rad}");
-    assert!(after_m < 0.012, "{after_m} m instead of {before_m}");
-    assert!(after_rad < 0.0008, "{after_rad} instead of {before_rad}");
+    assert!(before_m > 0.04 && before_rad > 0.005, "{before_m} {before_rad}");
+    assert!(after_m < 0.01, "{after_m} m instead of {before_m}");
+    assert!(after_rad < 0.001, "{after_rad} instead of {before_rad}");
     // What was delivered stays known.
     assert_eq!(poses.len(), delivered.len());
     for ((pose, delivered), draft) in poses.iter().zip(&delivered).zip(&off) {
@@ -138,18 +138,26 @@ fn poses_that_are_off_are_found_and_right_ones_stay() {
     }
 }
 
-/// Errors beyond what can be believed are a fault of something else: they are named, and nothing moves.
+/// Errors beyond what can be believed are a fault of something else.
 #[test]
-fn absurd_corrections_are_named_and_not_made() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let job = Job::new(folder.path(), 1 << 30);
-    let mut off = drive(folder.path());
-    for (index, draft) in off.iter_mut().enumerate() {
-        draft.uncertainty_m = 0.005;
-        draft.position.x += if index % 4 < 2 { 0.06 } else { -0.06 };
-    }
-    let delivered: Vec<DVec3> = off.iter().map(|draft| draft.position).collect();
-    assert_eq!(refine(&job, &mut off).expect("photographs"), []);
-    assert_eq!(off.iter().map(|draft| draft.position).collect::<Vec<_>>(), delivered);
-    assert_eq!(job.warnings().counts().get("poses"), Some(&1));
+fn absurd_corrections_and_small_gains_are_told_from_those_to_make() {
+    let prior = Prior { shift_m: 0.1, turn_rad: 0.05 };
+    let camera = Camera {
+        panorama: 0,
+        lever: DVec3::ZERO,
+        cam_from_world: DMat3::IDENTITY,
+        focal_px: 500.0,
+    };
+    let sightings = |count: usize| (0..count).map(|i| vec![(0, DVec2::splat(0.001 * i as f64))]);
+    let of = |count, shift: f64| {
+        let (places, priors) = (vec![DVec3::ZERO], vec![prior]);
+        let mut all = Adjustment::new(places, priors, vec![camera], sightings(count));
+        all.corrections[0].shift.x = shift;
+        all
+    };
+    assert_eq!(verdict(&of(59, 0.1), 2.0, 0.5), Verdict::Unknown);
+    assert_eq!(verdict(&of(60, 0.1), 2.0, 0.5), Verdict::Off);
+    assert_eq!(verdict(&of(60, 0.1), 2.0, 1.9), Verdict::Right);
+    assert_eq!(verdict(&of(60, 0.1), 0.4, 0.1), Verdict::Right);
+    assert_eq!(verdict(&of(60, 0.6), 2.0, 0.5), Verdict::Absurd { metres: 0.6, degrees: 0.0 });
 }
