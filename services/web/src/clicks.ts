@@ -29,7 +29,7 @@ export interface ClicksParts {
   readonly catalogue: Catalogue;
   readonly measuring: Measuring;
   readonly toast: Toast;
-  readonly stand: (panorama: Panorama, place: Place | undefined) => void;
+  readonly stand: (panorama: Panorama) => void;
 }
 
 /** Clicks and taps on the street. Only the newest counts: an older one's answer may come late. */
@@ -95,7 +95,7 @@ export class Clicks {
     const { catalogue, toast, pose, stand } = this.#parts;
     const panorama = catalogue.nearest(place ? positionOf(place) : pose.get().eye);
     if (panorama) {
-      stand(panorama, undefined);
+      stand(panorama);
     } else {
       toast.say(TEXT.noPhotograph);
     }

@@ -6,7 +6,6 @@ import { steerByPointers } from "./controls/pointers";
 import type { ScreenPoint } from "./controls/steering";
 import { element } from "./dom";
 import type { Panorama } from "./gen/flaneur/v1/panorama_pb";
-import type { Place } from "./gen/flaneur/v1/render_pb";
 import type { Scene } from "./gen/flaneur/v1/scene_pb";
 import { planDistance, type Vector3 } from "./geometry/vector";
 import { Terrain } from "./ground/terrain";
@@ -111,11 +110,10 @@ export async function openStreet(
     actTwice: (at) => void clicks.twice(at),
   });
 
-  const stand = (panorama: Panorama, place: Place | undefined) => {
-    const there = { ...pose.get(), eye: placeOf(panorama) };
-    visit.go(place ? lookingAt(there, positionOf(place)) : there);
-  };
-  const photographs = new PhotographDialog(clients.panoramas, scene.name, catalogue, stand);
+  const stand = (panorama: Panorama) => visit.go({ ...pose.get(), eye: placeOf(panorama) });
+  const photographs = new PhotographDialog(clients.panoramas, scene.name, catalogue, (eye, place) =>
+    visit.go(lookingAt({ ...pose.get(), eye }, positionOf(place))),
+  );
   const measuring = new Measuring(stage, referenceOf(scene), {
     open: (sight, place) => void photographs.open(sight, place),
     changed: (on) => {
@@ -144,7 +142,7 @@ export async function openStreet(
     goToPhotograph(id) {
       const panorama = [...catalogue.all].find((panorama) => panorama.id === id);
       if (panorama) {
-        stand(panorama, undefined);
+        stand(panorama);
       }
     },
     changed: (shown) => {

@@ -1,6 +1,7 @@
 import type { Clients } from "../api/clients";
 import type { Panorama } from "../gen/flaneur/v1/panorama_pb";
-import { planDistance, type Vector3 } from "../geometry/vector";
+import { apply, type Matrix3 } from "../geometry/matrix";
+import { add, planDistance, type Vector3 } from "../geometry/vector";
 
 /** The panoramas of a scene, as far as they have been asked for. */
 export class Catalogue {
@@ -49,8 +50,19 @@ export class Catalogue {
   }
 }
 
-/** Where a panorama was taken. */
-export function placeOf(panorama: Panorama): Vector3 {
+/** Where a photograph was taken: the centre of a camera, which the rig carries somewhere above its origin. */
+export function placeOf(panorama: Panorama, camera = panorama.cameras[0]): Vector3 {
   const { x, y, z } = panorama.position ?? { x: Number.NaN, y: Number.NaN, z: Number.NaN };
-  return [x, y, z];
+  const inRig = camera?.positionInRig;
+  if (!inRig) {
+    return [x, y, z];
+  }
+  const [a = 1, b = 0, c = 0, d = 0, e = 1, f = 0, g = 0, h = 0, i = 1] =
+    panorama.worldFromRig?.rows ?? [];
+  const worldFromRig: Matrix3 = [
+    [a, b, c],
+    [d, e, f],
+    [g, h, i],
+  ];
+  return add([x, y, z], apply(worldFromRig, [inRig.x, inRig.y, inRig.z]));
 }

@@ -1,13 +1,13 @@
 import type { Clients } from "../api/clients";
 import { element } from "../dom";
-import type { Panorama } from "../gen/flaneur/v1/panorama_pb";
 import type { Place, Sight } from "../gen/flaneur/v1/render_pb";
+import type { Vector3 } from "../geometry/vector";
 import { icon } from "../icons";
 import { roughMetres } from "../measure/measurement";
 import { dateOf } from "../measure/panel";
 import { positionOf } from "../place/pick";
 import { TEXT } from "../strings";
-import type { Catalogue } from "./catalogue";
+import { type Catalogue, placeOf } from "./catalogue";
 import { fetchPhotograph, levelFor } from "./file";
 import { quarterTurns } from "./upright";
 
@@ -26,13 +26,14 @@ export class PhotographDialog {
   readonly #stand = element("button", { type: "button", class: "text" }, TEXT.standThere);
   #loading: AbortController | undefined;
   #url: string | undefined;
-  #panorama: Panorama | undefined;
+  /** Where the photograph was taken, and the place that it shows. */
+  #taken: { readonly from: Vector3; readonly place: Place } | undefined;
 
   constructor(
     client: Clients["panoramas"],
     scene: string,
     catalogue: Catalogue,
-    stand: (panorama: Panorama, place: Place | undefined) => void,
+    stand: (eye: Vector3, place: Place) => void,
   ) {
     this.#client = client;
     this.#scene = scene;
@@ -56,22 +57,18 @@ export class PhotographDialog {
       }
     });
     this.#stand.addEventListener("click", () => {
-      const panorama = this.#panorama;
-      const place = this.#place;
+      const taken = this.#taken;
       this.root.close();
-      if (panorama) {
-        stand(panorama, place);
+      if (taken) {
+        stand(taken.from, taken.place);
       }
     });
   }
-
-  #place: Place | undefined;
 
   async open(sight: Sight, place: Place): Promise<void> {
     this.#forget();
     const loading = new AbortController();
     this.#loading = loading;
-    this.#place = place;
     this.#title.textContent = TEXT.photograph(sight.panorama, sight.camera);
     this.#facts.textContent = `${dateOf(sight.time)} · ${TEXT.away(roughMetres(sight.distanceM))}`;
     this.#stand.hidden = true;
@@ -99,7 +96,7 @@ export class PhotographDialog {
     if (!panorama || !camera) {
       throw new Error(TEXT.photographMissing);
     }
-    this.#panorama = panorama;
+    this.#taken = { from: placeOf(panorama, camera), place };
     const key = {
       scene: this.#scene,
       panorama: panorama.id,
@@ -120,8 +117,7 @@ export class PhotographDialog {
   #forget(): void {
     this.#loading?.abort();
     this.#loading = undefined;
-    this.#panorama = undefined;
-    this.#place = undefined;
+    this.#taken = undefined;
     this.#frame.replaceChildren();
     if (this.#url) {
       URL.revokeObjectURL(this.#url);
