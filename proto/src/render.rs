@@ -64,6 +64,7 @@ mod tests {
             width: 1024,
             height: 512,
             mode: 0,
+            may_shrink: false,
         }
     }
 

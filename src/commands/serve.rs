@@ -57,6 +57,10 @@ pub(crate) struct ServeArguments {
     #[arg(long, value_name = "N", default_value_t = RenderOptions::default().pixels,
         value_parser = clap::value_parser!(u64).range(1..=1 << 25))]
     max_pixels: u64,
+    /// Most views a second of one session; more are told when to come
+    #[arg(long, value_name = "N", default_value_t = RenderOptions::default().views_per_s,
+        value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    max_views_per_s: u32,
     /// What a frame takes, about, while its view moves, milliseconds; coarser where it must be
     #[arg(long, value_name = "MS", default_value_t = 100,
         value_parser = clap::value_parser!(u64).range(1..=60_000))]
@@ -125,6 +129,7 @@ async fn rendering(servers: Servers, arguments: &ServeArguments) -> Result<Rende
         pixels: arguments.max_pixels,
         sessions: usize::try_from(arguments.max_sessions).unwrap_or(usize::MAX),
         idle: Duration::from_secs(arguments.max_idle),
+        views_per_s: arguments.max_views_per_s,
         ..RenderOptions::default()
     };
     let rendering = tokio::task::spawn_blocking(move || Rendering::new(servers, options));

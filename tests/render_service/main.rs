@@ -48,6 +48,7 @@ fn view(heading_deg: f64) -> v1::View {
         width: 320,
         height: 160,
         mode: v1::Mode::Hybrid.into(),
+        may_shrink: false,
     }
 }
 

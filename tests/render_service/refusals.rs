@@ -10,7 +10,7 @@ use v1::scene_service_client::SceneServiceClient;
 use crate::served::Served;
 use crate::street::SampleStreet;
 use crate::walker::{Walker, update};
-use crate::{client, serve, still, view};
+use crate::{SCENE, client, decoded, serve, still, view};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_wrong_with_a_request_is_named() {
@@ -39,6 +39,15 @@ async fn what_is_wrong_with_a_request_is_named() {
         let violations = status.get_details_bad_request().expect("it names the field");
         let named = &violations.field_violations[0].field;
         assert_eq!((status.code(), named.as_str()), (Code::InvalidArgument, field), "{status}");
+    }
+    for (field, x, y) in [("pixel.x", 999.0, 10.0), ("pixel.y", 10.0, -0.5)] {
+        let pixel = Some(v1::Point2 { x, y });
+        let view = Some(view(0.0));
+        let beside = v1::PickRequest { scene: SCENE.to_owned(), view, pixel, photographs: false };
+        let status = client.pick(beside).await.expect_err(field);
+        let violations = status.get_details_bad_request().expect("it names the field");
+        assert_eq!(status.code(), Code::InvalidArgument, "{status}");
+        assert_eq!(violations.field_violations[0].field, field, "{status}");
     }
     let elsewhere = v1::RenderFrameRequest { scene: "nowhere".to_owned(), ..still(0.0) };
     let status = client.render_frame(elsewhere).await.expect_err("no such scene");
@@ -86,6 +95,33 @@ async fn what_is_wrong_with_a_request_is_named() {
         }
     };
     assert_eq!(status.code(), Code::DeadlineExceeded, "{status}");
+    let status = served.stop();
+    assert!(status.success(), "{status}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_picture_that_may_shrink_is_made_as_large_as_the_server_makes() {
+    let street = SampleStreet::ingested("render-service-shrinks").await;
+    // A quarter of what the view wants.
+    let served = serve(&street.store, &["--max-pixels", "12800", "--max-views-per-s", "3"]);
+    let mut client = client(&served).await;
+    let status = client.render_frame(still(40.0)).await.expect_err("too large");
+    assert_eq!(status.code(), Code::InvalidArgument, "{status}");
+    let may_shrink = v1::View { may_shrink: true, ..view(40.0) };
+    let request = v1::RenderFrameRequest { view: Some(may_shrink), ..still(40.0) };
+    let frame = client.render_frame(request).await.expect("a frame").into_inner();
+    assert_eq!(frame.view, Some(v1::View { width: 160, height: 80, ..may_shrink }));
+    assert_eq!(decoded(&frame).dimensions(), (160, 80));
+
+    // What is asked of the view and what is asked of the picture that was made of it is the same.
+    let mut found = Vec::new();
+    for (view, x, y) in [(may_shrink, 101.0, 121.0), (frame.view.expect("set"), 50.5, 60.5)] {
+        let (view, pixel) = (Some(view), Some(v1::Point2 { x, y }));
+        let request = v1::PickRequest { scene: SCENE.to_owned(), view, pixel, photographs: false };
+        let place = client.pick(request).await.expect("a pick").into_inner().place;
+        found.push(place.expect("the road").position.expect("set"));
+    }
+    assert_eq!(found[0], found[1]);
     let status = served.stop();
     assert!(status.success(), "{status}");
 }

@@ -98,6 +98,7 @@ fn view(step: u64) -> v1::View {
         width: 192,
         height: 96,
         mode: v1::Mode::Hybrid.into(),
+        may_shrink: false,
     }
 }
 

@@ -232,11 +232,14 @@ impl v1::render_service_server::RenderService for Rendering {
     ) -> Result<Response<v1::PickResponse>, Status> {
         let walks = self.walks(request.metadata(), &request.get_ref().scene);
         let request = request.into_inner();
-        let view = view_of(request.view).and_then(|view| Wanted::new(1, view, &self.options));
-        let wanted = view.map_err(|e| status::invalid(&e.within("view")))?;
+        let view = view_of(request.view).map_err(|e| status::invalid(&e.within("view")))?;
+        let asked = DVec2::new(view.width.into(), view.height.into());
+        let wanted = Wanted::new(1, view, &self.options);
+        let wanted = wanted.map_err(|e| status::invalid(&e.within("view")))?;
         let pixel = request.pixel.ok_or_else(|| FieldError::new("", "is absent"));
-        let pixel = pixel.and_then(DVec2::try_from);
+        let pixel = pixel.and_then(|pixel| within(pixel, asked));
         let pixel = pixel.map_err(|e| status::invalid(&e.within("pixel")))?;
+        let pixel = pixel * wanted.view.size().as_dvec2() / asked;
         let scene = self.scenes()?.open(&request.scene).await?;
         // Who walks has seen what is there; for anyone else it is loaded first.
         let _still = if walks {
@@ -251,6 +254,17 @@ impl v1::render_service_server::RenderService for Rendering {
         let place = pick::place(&scene, wanted, pixel, request.photographs).await?;
         Ok(Response::new(v1::PickResponse { place }))
     }
+}
+
+/// A place of a picture of `size`.
+fn within(pixel: v1::Point2, size: DVec2) -> Result<DVec2, FieldError> {
+    let pixel = DVec2::try_from(pixel)?;
+    for (field, value, most) in [("x", pixel.x, size.x), ("y", pixel.y, size.y)] {
+        if !(0.0..=most).contains(&value) {
+            return Err(FieldError::new(field, format!("is {value}, must be 0 to {most}")));
+        }
+    }
+    Ok(pixel)
 }
 
 fn view_of(view: Option<v1::View>) -> Result<v1::View, FieldError> {

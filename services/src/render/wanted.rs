@@ -33,12 +33,13 @@ pub(super) struct Wish {
 }
 
 impl Wanted {
-    /// The view of a message, where it is in range and its picture not too large.
+    /// The view of a message, where it is in range and its picture not too large, or may shrink.
     pub(super) fn new(
         sequence: u64,
         message: v1::View,
         options: &RenderOptions,
     ) -> Result<Self, FieldError> {
+        let message = if message.may_shrink { shrunk(message, options.pixels) } else { message };
         let view = View::try_from(&message)?;
         let pixels = u64::from(message.width) * u64::from(message.height);
         if pixels > options.pixels {
@@ -90,6 +91,19 @@ impl Wish {
     }
 }
 
+/// The view with at most `most` pixels, at least 1, of about the same shape.
+fn shrunk(view: v1::View, most: u64) -> v1::View {
+    let [width, height] = [view.width, view.height].map(u64::from);
+    if width * height <= most {
+        return view;
+    }
+    let scale = (most as f64 / (width * height) as f64).sqrt();
+    // At least one pixel; so the other side may have to give way.
+    let width = ((width as f64 * scale) as u64).max(1);
+    let height = ((height as f64 * scale) as u64).clamp(1, most / width);
+    v1::View { width: width as u32, height: height as u32, ..view }
+}
+
 fn mode(number: i32) -> Option<Mode> {
     Some(match v1::Mode::try_from(number).ok()? {
         v1::Mode::Hybrid => Mode::Hybrid,
@@ -102,4 +116,27 @@ fn mode(number: i32) -> Option<Mode> {
         v1::Mode::Sources => Mode::Sources,
         v1::Mode::Uncertainty => Mode::Uncertainty,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_that_may_shrink_keeps_its_shape_and_fits() {
+        let shrunk = |width, height, most| {
+            let view = shrunk(v1::View { width, height, ..v1::View::default() }, most);
+            (view.width, view.height)
+        };
+        assert_eq!(shrunk(1280, 720, 1 << 20), (1280, 720), "it fits as it is");
+        assert_eq!(shrunk(2000, 1000, 500_000), (1000, 500));
+        for (width, height) in [(1920, 1080), (1, u32::MAX), (u32::MAX, u32::MAX), (3, 100_000)] {
+            for most in [1, 10, 70_000] {
+                let (w, h) = shrunk(width, height, most);
+                assert!(w >= 1 && h >= 1 && u64::from(w) * u64::from(h) <= most, "{w}x{h}");
+            }
+        }
+        let (w, h) = shrunk(1920, 1080, 70_000);
+        assert!((f64::from(w) / f64::from(h) - 16.0 / 9.0).abs() < 0.02, "{w}x{h}");
+    }
 }
