@@ -135,6 +135,17 @@ impl FrameBudget {
         }
     }
 
+    /// Frames of the same budget for somebody else: a first one soon, then as exact as these are.
+    #[must_use]
+    pub fn afresh(&self) -> Self {
+        Self { rung: self.rung, ..Self::new(self.budget) }
+    }
+
+    /// What frames are to take.
+    pub fn budget(&self) -> Duration {
+        self.budget
+    }
+
     /// The settings of `base`, as exact as any rung is where rungs differ.
     pub fn most_exact(base: Settings) -> Settings {
         LADDER.first().map_or(base, |rung| Settings {

@@ -71,6 +71,20 @@ fn the_first_frame_comes_soon_and_the_second_is_of_a_middling_exactness() {
 }
 
 #[test]
+fn who_comes_later_begins_where_the_last_one_stood() {
+    let slow = Machine { nothing: 5.0, per_rig: 20.0, per_megapoint: 1.0, megapoints: 1.0 };
+    let mut budget = FrameBudget::new(Duration::from_millis(100));
+    run(&slow, &mut budget, 60, &[0.0]);
+    let mut next = budget.afresh();
+    let (first, cheapest) = (next.settings(finest()), FRONT.last().expect("measured"));
+    assert_eq!((first.rigs, first.resolution), (cheapest.rigs, cheapest.resolution));
+    next.observe(Duration::from_secs(1));
+    assert_eq!(next.settings(finest()), budget.settings(finest()));
+    assert_ne!(next.rung, LADDER.len() / 3, "the machine is a slow one");
+    assert_eq!(next.standing(), None, "nothing was judged");
+}
+
+#[test]
 fn a_budget_that_cannot_be_held_is_said() {
     let slow = Machine { nothing: 50.0, per_rig: 20.0, per_megapoint: 1.0, megapoints: 1.0 };
     let mut budget = FrameBudget::new(Duration::from_millis(10));

@@ -30,6 +30,8 @@ pub(super) struct Painter {
     options: RenderOptions,
     residents: Residents,
     visitors: HashMap<FeederId, Visitor>,
+    /// The budget whose frames were timed last: who comes next begins where it stands.
+    timed: Option<FrameBudget>,
     /// What the last frame shows, as long as nothing has changed since.
     current: Option<(View, Mode)>,
 }
@@ -37,7 +39,6 @@ pub(super) struct Painter {
 /// What it knows of one who feeds it.
 struct Visitor {
     feeder: Arc<Feeder>,
-    asked: Duration,
     budget: FrameBudget,
     /// The view of its last frame.
     shown: Option<u64>,
@@ -47,7 +48,7 @@ impl Painter {
     /// An empty scene on `renderer`.
     pub(super) fn new(renderer: Renderer, options: RenderOptions) -> Self {
         let (residents, visitors) = (Residents::default(), HashMap::new());
-        Self { renderer, options, residents, visitors, current: None }
+        Self { renderer, options, residents, visitors, timed: None, current: None }
     }
 
     /// Obeys until nobody can give orders any more.
@@ -88,7 +89,7 @@ impl Painter {
 
         let began = Instant::now();
         let base = self.options.settings;
-        let visitor = self.visitor(feeder, asked);
+        let visitor = self.visitor(feeder);
         let is_first = visitor.shown.replace(wanted.sequence) != Some(wanted.sequence);
         let hurries = is_first && !manner.patient;
         let settings = if hurries { visitor.budget.settings(base) } else { base };
@@ -103,6 +104,7 @@ impl Painter {
         let took = began.elapsed();
         if hurries && let Some(visitor) = self.visitors.get_mut(&feeder.id) {
             visitor.budget.observe(took);
+            self.timed = Some(visitor.budget.clone());
         }
         Ok(Painted { frame, wanted, wish, finished, left, took })
     }
@@ -128,7 +130,7 @@ impl Painter {
 
     /// Brings what waits to the device, for about so long.
     fn apply(&mut self, feeder: &Arc<Feeder>, most: Duration) -> Result<(), RenderError> {
-        self.visitor(feeder, self.options.budget);
+        self.visitor(feeder);
         let began = Instant::now();
         while began.elapsed() < most
             && let Some(update) = feeder.pop()
@@ -186,15 +188,17 @@ impl Painter {
         }
     }
 
-    fn visitor(&mut self, feeder: &Arc<Feeder>, asked: Duration) -> &mut Visitor {
+    fn visitor(&mut self, feeder: &Arc<Feeder>) -> &mut Visitor {
+        let asked = feeder.wanted().1.budget.unwrap_or(self.options.budget);
+        let timed = self.timed.as_ref().filter(|budget| budget.budget() == asked);
+        let budget = || timed.map_or_else(|| FrameBudget::new(asked), FrameBudget::afresh);
         let visitor = self.visitors.entry(feeder.id).or_insert_with(|| Visitor {
             feeder: Arc::clone(feeder),
-            asked,
-            budget: FrameBudget::new(asked),
+            budget: budget(),
             shown: None,
         });
-        if visitor.asked != asked {
-            (visitor.asked, visitor.budget) = (asked, FrameBudget::new(asked));
+        if visitor.budget.budget() != asked {
+            visitor.budget = budget();
         }
         visitor
     }

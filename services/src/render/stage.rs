@@ -73,7 +73,7 @@ impl Stage {
         let (gpu, options) = (gpu.clone(), options.clone());
         let run = move || {
             let mut renderer = Renderer::with_settings(&gpu, options.settings);
-            if let Err(error) = warm::up(&mut renderer) {
+            if let Err(error) = warm::up(&mut renderer, &options) {
                 tracing::warn!(%error, "shaders will be compiled with the first frame");
             }
             Painter::new(renderer, options).follow(received);

@@ -1,39 +1,63 @@
 //! Having shaders compiled before anyone waits for a frame.
 //!
 //! Drivers compile a pipeline when it is made, again when it first draws, and some once more for
-//! textures of another kind. So a new renderer draws a wall, a few points and two photographs of them,
-//! and drops them again.
+//! textures of another kind. Which are made depends on what is drawn: photographs with a mask and
+//! without, displaced or not, of the nearest rigs or the others, how many rigs there are, and what is
+//! left out of a quick frame. So a new renderer draws a wall, a few points and rigs of photographs of
+//! them, in all ways that a walk has, and drops them again.
 
 use std::sync::Arc;
 
-use flaneur_renderer::{RenderError, Renderer};
+use flaneur_renderer::{FrameBudget, Mode, RenderError, Renderer, Settings};
 use flaneur_scene::{
     ImageId, ImageUpdate, MeshTile, MeshVertex, NodeKey, PointChunk, PointNodeId, PointStations,
     SceneUpdate, SurfaceClass, TileKey, TileLayer, View,
 };
 use glam::{DVec3, UVec2};
 
+use super::RenderOptions;
+
 /// Size of what is drawn, pixels.
 const SIZE: UVec2 = UVec2::new(256, 128);
 /// Field of view, radians.
 const FOV_Y: f64 = 1.0;
+/// Of the photographs, pixels: nobody looks at them.
+const PHOTOGRAPH: UVec2 = UVec2::new(32, 16);
+/// From rig to rig, metres.
+const APART_M: f64 = 0.5;
 
 /// Draws; nothing of it is left.
-pub(super) fn up(renderer: &mut Renderer) -> Result<(), RenderError> {
+pub(super) fn up(renderer: &mut Renderer, options: &RenderOptions) -> Result<(), RenderError> {
+    let exact = options.settings;
     let tile = TileKey { layer: TileLayer::Footprints, x: 0, y: 0 };
     let node = PointNodeId { source: 0, key: NodeKey { level: 0, x: 0, y: 0, z: 0 } };
-    let images = ["0", "1"].map(|panorama| ImageId::new(panorama, "0"));
     renderer.apply(wall(tile))?;
     renderer.apply(points(node))?;
-    for (x, id) in [-0.5, 0.5].into_iter().zip(images.iter().flatten()) {
-        renderer.apply(photograph(id, x))?;
+    let mut images = Vec::new();
+    for rig in 0..exact.rigs {
+        for is_masked in [false, true] {
+            let camera = if is_masked { "masked" } else { "whole" };
+            let Ok(id) = ImageId::new(&format!("{rig}"), camera) else { continue };
+            renderer.apply(photograph(&id, APART_M * (rig + 1) as f64, is_masked))?;
+            images.push(id);
+        }
     }
     let view = View::look(DVec3::ZERO, 0.0, 0.0, FOV_Y, SIZE);
     renderer.render(&view)?;
     renderer.render(&view)?;
+    // As a view's first frame is, with as many rigs as there may be.
+    let quick = FrameBudget::new(options.budget).settings(exact);
+    for rigs in 1..=exact.rigs {
+        renderer.set_settings(Settings { rigs, ..quick });
+        renderer.render(&view)?;
+    }
+    for mode in Mode::ALL {
+        renderer.render_as(&view, mode)?;
+    }
+    renderer.set_settings(exact);
     renderer.apply(SceneUpdate::DropMesh(tile))?;
     renderer.apply(SceneUpdate::DropPoints(node))?;
-    for id in images.into_iter().flatten() {
+    for id in images {
         renderer.apply(SceneUpdate::DropImage(id))?;
     }
     renderer.render(&view)?;
@@ -61,7 +85,7 @@ fn points(id: PointNodeId) -> SceneUpdate {
         id,
         origin: DVec3::ZERO,
         positions: positions.collect(),
-        colours: Vec::new(),
+        colours: vec![[128; 3]; 100],
         intensities: Vec::new(),
         classes: Vec::new(),
         normals: Vec::new(),
@@ -71,15 +95,40 @@ fn points(id: PointNodeId) -> SceneUpdate {
     }))
 }
 
-fn photograph(id: &ImageId, x: f64) -> SceneUpdate {
-    let view = View::look(DVec3::X * x, 0.0, 0.0, FOV_Y, SIZE);
-    let pixels = (SIZE.x * SIZE.y) as usize;
+fn photograph(id: &ImageId, x: f64, is_masked: bool) -> SceneUpdate {
+    let view = View::look(DVec3::X * x, 0.0, 0.0, FOV_Y, PHOTOGRAPH);
+    let pixels = (PHOTOGRAPH.x * PHOTOGRAPH.y) as usize;
+    let mut rgba = [128, 128, 128, 255].repeat(pixels);
+    if let Some(first) = rgba.get_mut(3).filter(|_| is_masked) {
+        *first = 0;
+    }
     SceneUpdate::Image(Arc::new(ImageUpdate {
         id: id.clone(),
         level: 0,
         camera: view.camera,
-        size: SIZE,
-        rgba: [128, 128, 128, 255].repeat(pixels),
+        size: PHOTOGRAPH,
+        rgba,
         uncertainty_m: 0.1,
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use flaneur_renderer::Gpu;
+
+    use super::*;
+
+    #[test]
+    fn nothing_is_left_of_what_was_drawn() {
+        let gpu = Gpu::new().expect("a software driver");
+        let options = RenderOptions::default();
+        let view = View::look(DVec3::ZERO, 0.0, 0.0, FOV_Y, SIZE);
+        let mut untouched = Renderer::with_settings(&gpu, options.settings);
+        let empty = untouched.render(&view).expect("a frame");
+        let mut renderer = Renderer::with_settings(&gpu, options.settings);
+        up(&mut renderer, &options).expect("it draws");
+        assert_eq!(renderer.settings(), options.settings);
+        let frame = renderer.render(&view).expect("a frame");
+        assert!(frame.rgba == empty.rgba, "something is seen");
+    }
 }
