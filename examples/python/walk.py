@@ -76,7 +76,10 @@ def main(address, wanted=None):
     channel = grpc.insecure_channel(address)
     scenes = v1["scenes"].SceneServiceStub(channel)
     listed = scenes.ListScenes(v1["scene"].ListScenesRequest()).scenes
-    scene = next(scene for scene in listed if wanted in (None, scene.name))
+    walkable = [scene for scene in listed if scene.panorama_count and wanted in (None, scene.name)]
+    if not walkable:
+        sys.exit(f"{address} has no scene {wanted or ''} with photographs to walk along")
+    scene = walkable[0]
     print(f"{scene.name}: {scene.crs}, {scene.image_count} photographs")
 
     # Where the drive went: its panoramas, in the order in which they were taken.

@@ -16,8 +16,12 @@ const [address = "http://127.0.0.1:7878", wanted] = process.argv.slice(2);
 const transport = createGrpcTransport({ baseUrl: address });
 
 const { scenes } = await createClient(SceneService, transport).listScenes({});
-const found = wanted ? scenes.find(({ name }) => name === wanted) : scenes[0];
-if (!found) throw new Error(`${address} has no scene ${wanted ?? ""}`);
+const walkable = scenes.filter(({ panoramaCount }) => panoramaCount > 0n);
+const found = wanted ? walkable.find(({ name }) => name === wanted) : walkable[0];
+if (!found) {
+  console.error(`${address} has no scene ${wanted ?? ""} with photographs to walk along`);
+  process.exit(1);
+}
 const scene = found.name;
 console.log(`${scene}: ${found.crs}, ${found.imageCount} photographs`);
 
