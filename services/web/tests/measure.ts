@@ -1,8 +1,11 @@
 /**
  * How long a person waits, at 1024 x 512, as JSON: from pressing a key to the first picture of the
- * new view on the screen, and from moving the hand to the turned picture on the screen.
+ * new view on the screen, and from moving the hand to the turned picture on the screen. The first
+ * press of each visitor is told apart: that of the first one, and those of who comes later.
  *
- *   npm run measure              FLANEUR=... chooses the binary, TRIES=... how often
+ *   npm run measure              FLANEUR=... chooses the binary, TRIES=... how often, VISITORS=...
+ *                                how many come, SERVED=... a store instead of the sample street, and
+ *                                SCENE=... which of its scenes
  */
 import os from "node:os";
 import { chromium, type Page } from "@playwright/test";
@@ -13,24 +16,30 @@ import { makeStreet } from "./support/street";
 import { Walker } from "./support/walker";
 
 const TRIES = Number(process.env.TRIES ?? 25);
+const VISITORS = Number(process.env.VISITORS ?? 5);
+const { SERVED, SCENE } = process.env;
 
-makeStreet();
-const server = await Server.start();
+if (!SERVED) {
+  makeStreet();
+}
+const server = await Server.start(0, SERVED);
 const browser = await chromium.launch(config.use?.launchOptions);
 try {
-  const page = await browser.newPage({ viewport: { width: 1024, height: 512 } });
-  const walker = new Walker(page);
-  await walker.open(server.url);
-  await page.evaluate(listen);
+  const first: number[] = [];
+  for (let visitor = 0; visitor < VISITORS; visitor += 1) {
+    const came = await comes();
+    first.push((await presses(came, "w")).shownMs);
+    await came.page.close();
+  }
+  const walker = await comes();
+  const { page } = walker;
+  first.push((await presses(walker, "w")).shownMs);
   const keys: number[] = [];
   const servers: number[] = [];
   for (let trial = 0; trial < TRIES; trial += 1) {
-    await walker.hold(trial % 2 === 0 ? "w" : "s", 60);
-    await page.waitForTimeout(300);
-    await walker.sees("final");
-    const { shownMs, serverMs } = (await taken(page)).key ?? {};
-    keys.push(shownMs ?? Number.NaN);
-    servers.push(serverMs ?? Number.NaN);
+    const { shownMs, serverMs } = await presses(walker, trial % 2 === 0 ? "s" : "w");
+    keys.push(shownMs);
+    servers.push(serverMs);
   }
   const turns: number[] = [];
   for (let trial = 0; trial < TRIES; trial += 1) {
@@ -43,6 +52,8 @@ try {
     viewport: "1024x512",
     cores: os.cpus().length,
     load: Math.round((os.loadavg()[0] ?? 0) * 10) / 10,
+    first_press_of_first_visitor_ms: Math.round(first[0] ?? Number.NaN),
+    first_press_of_later_visitors_ms: summary(first.slice(1)),
     key_to_frame_ms: summary(keys),
     of_which_server_ms: summary(servers),
     turn_to_screen_ms: summary(turns),
@@ -53,9 +64,32 @@ try {
   await server.kill();
 }
 
+/** Somebody opens the page, and waits for the whole picture. */
+async function comes(): Promise<Walker> {
+  const page = await browser.newPage({ viewport: { width: 1024, height: 512 } });
+  const walker = new Walker(page);
+  await walker.open(server.url + (SCENE ? `/?scene=${encodeURIComponent(SCENE)}` : ""));
+  await page.evaluate(listen);
+  return walker;
+}
+
+/** What a press of a key takes; waits for the whole picture. */
+async function presses(walker: Walker, key: string): Promise<KeyWait> {
+  await walker.hold(key, 60);
+  await walker.page.waitForTimeout(300);
+  await walker.sees("final");
+  return (await taken(walker.page)).key ?? { shownMs: Number.NaN, serverMs: Number.NaN };
+}
+
+interface KeyWait {
+  readonly shownMs: number;
+  /** Of which the server took. */
+  readonly serverMs: number;
+}
+
 interface Waits {
   /** From the press of a key until the first picture of the new view is on the screen. */
-  key?: { readonly shownMs: number; readonly serverMs: number };
+  key?: KeyWait;
   /** From each move of the hand until the picture that it turned is on the screen. */
   turns: number[];
 }
