@@ -1,4 +1,5 @@
 import type { Clients } from "./api/clients";
+import { reasonOf } from "./api/failure";
 import type { Session } from "./api/session";
 import type { ScreenPoint } from "./controls/steering";
 import type { Panorama } from "./gen/flaneur/v1/panorama_pb";
@@ -119,7 +120,7 @@ export class Clicks {
       }
       return place;
     } catch (error) {
-      toast.say(TEXT.pickFailed(error instanceof Error ? error.message : String(error)));
+      toast.say(TEXT.pickFailed(reasonOf(error)));
       return undefined;
     }
   }

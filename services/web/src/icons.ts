@@ -9,6 +9,7 @@ const PATHS = {
   copy: "M9 9h10v11H9zM5 15V4h10",
   done: "M5 12.5 10 17.5 19.5 7",
   close: "M6 6l12 12M18 6 6 18",
+  open: "M6 15l6-6 6 6",
   plus: "M12 5v14M5 12h14",
   minus: "M5 12h14",
   more: "M6 12h.01M12 12h.01M18 12h.01",

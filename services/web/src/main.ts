@@ -1,4 +1,5 @@
 import { connect } from "./api/clients";
+import { reasonOf } from "./api/failure";
 import { element } from "./dom";
 import { sceneList } from "./panels/scenes";
 import { readLink } from "./state/url";
@@ -34,7 +35,7 @@ async function patiently<T>(attempt: () => Promise<T>): Promise<T> {
     try {
       return await attempt();
     } catch (error) {
-      const reason = error instanceof Error ? error.message : String(error);
+      const reason = reasonOf(error);
       const text = element("p", { class: "opening", role: "alert" }, TEXT.failed(reason));
       page.replaceChildren(text);
       await new Promise((resolve) => setTimeout(resolve, waitMs(failures, Math.random())));

@@ -88,6 +88,8 @@ export const TEXT = {
     fault: "Incomplete",
     resting: "Paused",
     lost: "No connection",
+    full: "Server full",
+    trouble: "Server trouble",
     refused: "Not available",
   },
   remaining: (parts: bigint) =>
@@ -127,9 +129,14 @@ export const TEXT = {
 
   nothingThere: "Nothing was surveyed there",
   noPhotograph: "No photograph is near",
-  pickFailed: (reason: string) => `The server could not say what is there: ${reason}`,
+  insideBuilding: "That is inside of a building",
+  beforeBuilding: "That is inside of a building; this is the photograph nearest to it",
+  pickFailed: (reason: string) => `What is there cannot be said: ${reason}`,
+  noConnection: "there is no connection to the server",
+  noAnswer: "the server did not answer in time",
 
   measurePanel: "Measure",
+  measureDetails: "Details",
   measureHint: "Click a place for its coordinates, a second one for the distance.",
   measuring: "Asking the server …",
   distance: "Distance",
@@ -138,6 +145,7 @@ export const TEXT = {
   place: (letter: string) => `Place ${letter}`,
   position: "Position",
   axes: "east, north, height in metres",
+  heightsUnnamed: "the survey does not name what heights count from",
   localFrame: "the survey's own metres (local)",
   localFrameAt: (latitude: string, longitude: string) =>
     `metres from ${latitude}, ${longitude} (WGS84), level there (local)`,

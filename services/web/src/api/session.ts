@@ -8,6 +8,7 @@ import {
 } from "../gen/flaneur/v1/render_pb";
 import { waitMs } from "./backoff";
 import type { Clients } from "./clients";
+import { answered, type FailureKind, failureOf, retryDelayMs } from "./failure";
 import { randomToken } from "./token";
 
 /** How a session stands. */
@@ -18,9 +19,9 @@ export type SessionState =
   | { readonly kind: "resting" }
   /**
    * Tried again at `retryAtMs`, as `performance.now()` has it. The reason is what the server said;
-   * it may have said nothing.
+   * one that is lost may have said nothing.
    */
-  | { readonly kind: "lost"; readonly reason: string; readonly retryAtMs: number }
+  | { readonly kind: FailureKind; readonly reason: string; readonly retryAtMs: number }
   /** As asked, it cannot be had: trying again is of no use. */
   | { readonly kind: "refused"; readonly reason: string };
 
@@ -35,7 +36,7 @@ export interface SessionListener {
 /** No answer for so long is no connection. */
 const ANSWER_MS = 8000;
 
-/** Where the server says that views come too fast, the next comes after so long. */
+/** Where the server says that views come too fast, and not when the next may come: after so long. */
 const SLOWER_MS = 200;
 
 /** A view that is refused is not followed by another one sooner, milliseconds. */
@@ -222,7 +223,7 @@ export class Session {
     if (error.code === Code.NotFound) {
       if (this.#received === 0n) {
         // A session that was never there: its server and that of its views are not the same.
-        this.#ended(watching, new ConnectError(error.rawMessage, Code.Unavailable));
+        this.#ended(watching, new ConnectError(error.rawMessage, Code.Unavailable, error.metadata));
         return;
       }
       // The session is gone; nothing was lost but that.
@@ -233,7 +234,7 @@ export class Session {
     if (error.code === Code.ResourceExhausted) {
       // Too many views; the newest goes a little later.
       this.#sent = 0n;
-      setTimeout(() => this.#pump(), SLOWER_MS);
+      setTimeout(() => this.#pump(), retryDelayMs(error) ?? SLOWER_MS);
       return;
     }
     // What is not answered in time is lost; only a stream that ends so has rested too long.
@@ -253,12 +254,13 @@ export class Session {
       this.#listener.state({ kind: "refused", reason: error.rawMessage });
     } else {
       this.#failures += 1;
-      const wait = waitMs(this.#failures, Math.random());
+      const wait = waitMs(this.#failures, Math.random(), retryDelayMs(error));
       this.#watchAfter(wait);
       const retryAtMs = performance.now() + wait;
       // What the browser says of a failed connection says nothing.
-      const reason = error.code === Code.Unavailable ? error.rawMessage : "";
-      this.#listener.state({ kind: "lost", reason, retryAtMs });
+      const told = answered(error) || error.code === Code.Unavailable;
+      const reason = told ? error.rawMessage : "";
+      this.#listener.state({ kind: failureOf(error), reason, retryAtMs });
     }
   }
 

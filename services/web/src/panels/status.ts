@@ -93,7 +93,7 @@ export class StatusPanel {
     if (this.#quality.textContent !== TEXT.quality[quality]) {
       this.#quality.textContent = TEXT.quality[quality];
     }
-    this.#retry.hidden = quality !== "lost";
+    this.#retry.hidden = !["lost", "full", "trouble"].includes(quality);
     this.root.title = this.#frame?.fault ?? "";
     this.#drawTimes();
     const remaining = this.#frame?.remaining ?? 0n;
@@ -127,6 +127,8 @@ export class StatusPanel {
     const frame = this.#frame;
     switch (state.kind) {
       case "lost":
+      case "full":
+      case "trouble":
         return [state.reason, TEXT.retryIn(Math.ceil((state.retryAtMs - now) / 1000))]
           .filter((text) => text !== "")
           .join(" · ");

@@ -1,4 +1,5 @@
 import type { Clients } from "../api/clients";
+import { reasonOf } from "../api/failure";
 import { element } from "../dom";
 import type { Place, Sight } from "../gen/flaneur/v1/render_pb";
 import type { Vector3 } from "../geometry/vector";
@@ -82,7 +83,7 @@ export class PhotographDialog {
       }
     } catch (error) {
       if (!loading.signal.aborted) {
-        const reason = error instanceof Error ? error.message : String(error);
+        const reason = reasonOf(error);
         const text = TEXT.photographFailed(reason);
         this.#frame.replaceChildren(element("p", { role: "alert" }, text));
       }

@@ -15,5 +15,6 @@ export function viewMessage(camera: Pinhole, layer: Layer): View {
     width: camera.width,
     height: camera.height,
     mode: LAYERS[layer],
+    mayShrink: true,
   });
 }
