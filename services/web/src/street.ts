@@ -28,7 +28,7 @@ import { Stage } from "./picture/stage";
 import { positionOf } from "./place/pick";
 import { LAYER_NAMES, type Layer } from "./state/layer";
 import { EYE_HEIGHT_M, firstFovDeg, firstPose, isNear } from "./state/start";
-import { type LinkState, writeLink } from "./state/url";
+import { atRest, type LinkState, writeLink } from "./state/url";
 import { Value } from "./state/value";
 import { TEXT } from "./strings";
 import { lookingAt, type Pose } from "./view/pose";
@@ -54,7 +54,7 @@ export async function openStreet(
   const catalogue = new Catalogue(clients.panoramas, scene.name);
   const buildings = new Buildings(clients.footprints, scene.name);
   const linked = link.pose && isNear(scene, link.pose.eye) ? link.pose : undefined;
-  const first = linked ?? (await withoutLink(scene, catalogue, buildings, terrain));
+  const first = atRest(linked ?? (await withoutLink(scene, catalogue, buildings, terrain)));
 
   const pose = new Value<Pose>(first);
   const layer = new Value<Layer>(link.layer);
@@ -99,6 +99,7 @@ export async function openStreet(
     stage,
     session,
     terrain,
+    buildings,
     pace,
     screen,
     still,
@@ -138,7 +139,18 @@ export async function openStreet(
 
   const help = helpDialog();
   const corner = new MapCorner(scene, pose, {
-    go: (x, y) => void visit.goTo(x, y, EYE_HEIGHT_M),
+    go(x, y) {
+      if (!buildings.contain(x, y)) {
+        void visit.goTo(x, y, EYE_HEIGHT_M);
+        return;
+      }
+      // There is nothing to be seen in there.
+      const panorama = catalogue.nearest([x, y, 0]);
+      if (panorama) {
+        stand(panorama);
+      }
+      toast.say(panorama ? TEXT.beforeBuilding : TEXT.insideBuilding);
+    },
     goToPhotograph(id) {
       const panorama = [...catalogue.all].find((panorama) => panorama.id === id);
       if (panorama) {

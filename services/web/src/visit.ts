@@ -5,11 +5,13 @@ import { clamp, degrees, shortTurn } from "./geometry/angles";
 import { planDistance, type Vector3 } from "./geometry/vector";
 import type { Terrain } from "./ground/terrain";
 import { type Flight, flight, poseAt } from "./motion/flight";
+import type { Walls } from "./motion/slide";
 import { walked } from "./motion/walk";
 import type { Pace } from "./picture/pace";
 import { pictureOf, type Screen, WHOLE } from "./picture/request";
 import type { Stage } from "./picture/stage";
 import type { Layer } from "./state/layer";
+import { atRest } from "./state/url";
 import type { Value } from "./state/value";
 import { viewMessage } from "./view/message";
 import { focalLength, type Pinhole, rayOf } from "./view/pinhole";
@@ -34,6 +36,7 @@ export interface VisitParts {
   readonly stage: Stage;
   readonly session: Session;
   readonly terrain: Terrain;
+  readonly buildings: Walls;
   readonly pace: Pace;
   readonly keys: () => Keys;
   /** Clicks and taps, which mean several things. */
@@ -131,7 +134,7 @@ export class Visit implements Steering {
 
   #tick(nowMs: number): void {
     this.#ticking = false;
-    const { pose, stage, keys, terrain } = this.#parts;
+    const { pose, stage, keys, terrain, buildings } = this.#parts;
     const before = stage.shown.pose;
     const gait = keys().step(nowMs);
     if (gait) {
@@ -139,7 +142,7 @@ export class Visit implements Steering {
       const seconds =
         this.#lastTickMs === undefined ? FIRST_STEP_S : (nowMs - this.#lastTickMs) / 1000;
       const height = (x: number, y: number) => terrain.height(x, y);
-      pose.set(walked(pose.get(), gait, Math.min(seconds, LONGEST_STEP_S), height));
+      pose.set(walked(pose.get(), gait, Math.min(seconds, LONGEST_STEP_S), height, buildings));
     } else if (this.#flight) {
       const next = poseAt(this.#flight, performance.now());
       pose.set(next.pose);
@@ -155,6 +158,17 @@ export class Visit implements Steering {
     this.#ask(this.#flight?.to ?? now, this.#flight !== undefined || !samePose(before, now));
     if (gait || this.#flight) {
       this.wake();
+    }
+  }
+
+  /** Stands exactly where a link to the view leads, so that both show the same picture. */
+  #rest(): void {
+    const { pose, stage } = this.#parts;
+    const now = pose.get();
+    const rest = atRest(now);
+    if (!this.#flight && !samePose(now, rest)) {
+      stage.show(rest);
+      pose.set(rest);
     }
   }
 
@@ -180,6 +194,7 @@ export class Visit implements Steering {
       clearTimeout(this.#settle);
       this.#settle = setTimeout(() => {
         this.#settle = undefined;
+        this.#rest();
         this.wake();
       }, SETTLED_MS);
     }

@@ -7,6 +7,9 @@ import { walked } from "./walk";
 const POSE: Pose = { eye: [100, 200, 11.6], headingDeg: 350, pitchDeg: 0, fovDeg: 65 };
 const STILL = { forward: 0, right: 0, turn: 0, tilt: 0, hurried: false };
 
+/** Nothing is built. */
+const NOWHERE = { contain: () => false };
+
 describe("flights", () => {
   it("last 100 + 30 √d milliseconds", () => {
     expect(flightMs(0)).toBe(100);
@@ -49,27 +52,57 @@ describe("walking", () => {
 
   it("goes where one looks and keeps the eye's height above the ground", () => {
     const east = { ...POSE, headingDeg: 90 };
-    const pose = walked(east, { ...STILL, forward: 1 }, 2, slope);
+    const pose = walked(east, { ...STILL, forward: 1 }, 2, slope, NOWHERE);
     expect(pose.eye[0]).toBeCloseTo(106);
     expect(pose.eye[1]).toBeCloseTo(200);
     expect(pose.eye[2] - slope(pose.eye[0])).toBeCloseTo(1.6);
   });
 
   it("is no faster askew", () => {
-    const pose = walked(POSE, { ...STILL, forward: 1, right: -1 }, 1, slope);
+    const pose = walked(POSE, { ...STILL, forward: 1, right: -1 }, 1, slope, NOWHERE);
     expect(Math.hypot(pose.eye[0] - 100, pose.eye[1] - 200)).toBeCloseTo(3);
   });
 
   it("stays level where the ground ends", () => {
     const edge = (x: number) => (x > 103 ? undefined : 10);
-    const pose = walked({ ...POSE, headingDeg: 90 }, { ...STILL, forward: 1 }, 2, edge);
+    const pose = walked({ ...POSE, headingDeg: 90 }, { ...STILL, forward: 1 }, 2, edge, NOWHERE);
     expect(pose.eye[2]).toBe(11.6);
   });
 
   it("turns clockwise and tilts up, on the spot", () => {
-    const pose = walked(POSE, { ...STILL, turn: 1, tilt: 1 }, 0.2, slope);
+    const pose = walked(POSE, { ...STILL, turn: 1, tilt: 1 }, 0.2, slope, NOWHERE);
     expect(pose.headingDeg).toBeCloseTo(5);
     expect(pose.pitchDeg).toBeCloseTo(15);
     expect(pose.eye).toBe(POSE.eye);
+  });
+
+  /** North of y = 205 all is built up. */
+  const north = { contain: (_x: number, y: number) => y > 205 };
+  const steps = (from: Pose, count: number) => {
+    let pose = from;
+    for (let step = 0; step < count; step += 1) {
+      pose = walked(pose, { ...STILL, forward: 1 }, 1 / 60, slope, north);
+    }
+    return pose;
+  };
+
+  it("ends before a wall", () => {
+    const { eye } = steps({ ...POSE, headingDeg: 0 }, 600);
+    expect(eye[1]).toBeGreaterThan(204);
+    expect(eye[1]).toBeLessThan(205);
+    expect(Math.abs(eye[0] - 100)).toBeLessThan(1);
+  });
+
+  it("goes along a wall that is met askew", () => {
+    const { eye } = steps({ ...POSE, headingDeg: 50 }, 600);
+    expect(eye[1]).toBeGreaterThan(204);
+    expect(eye[1]).toBeLessThan(205);
+    // Ten seconds at 3 m/s, at least half of them along the wall.
+    expect(eye[0]).toBeGreaterThan(113);
+  });
+
+  it("is free for who stands inside", () => {
+    const { eye } = steps({ ...POSE, eye: [100, 210, 11], headingDeg: 180 }, 600);
+    expect(eye[1]).toBeCloseTo(180, 1);
   });
 });

@@ -1,6 +1,7 @@
 import { radians } from "../geometry/angles";
 import type { Vector3 } from "../geometry/vector";
 import { normalised, type Pose } from "../view/pose";
+import { slid, type Walls } from "./slide";
 
 /** What the feet and the head want: each from -1 to 1. */
 export interface Gait {
@@ -22,19 +23,31 @@ export type GroundHeight = (x: number, y: number) => number | undefined;
 
 /**
  * The pose after so many seconds. Feet stay on the ground: the eye keeps its height above it, where
- * the ground is known on both sides of the step.
+ * the ground is known on both sides of the step. One goes along walls, not through them.
  */
-export function walked(pose: Pose, gait: Gait, seconds: number, ground: GroundHeight): Pose {
+export function walked(
+  pose: Pose,
+  gait: Gait,
+  seconds: number,
+  ground: GroundHeight,
+  walls: Walls,
+): Pose {
   const heading = radians(pose.headingDeg);
   const length = Math.hypot(gait.forward, gait.right);
   const speed = gait.hurried ? HURRY_M_PER_S : WALK_M_PER_S;
   // Askew is no faster than ahead.
   const metres = (speed * seconds) / Math.max(length, 1);
-  const x =
-    pose.eye[0] + metres * (gait.forward * Math.sin(heading) + gait.right * Math.cos(heading));
-  const y =
-    pose.eye[1] + metres * (gait.forward * Math.cos(heading) - gait.right * Math.sin(heading));
-  const [before, after] = [ground(pose.eye[0], pose.eye[1]), ground(x, y)];
+  const [fromX, fromY] = pose.eye;
+  const [dx, dy] = slid(
+    [fromX, fromY],
+    [
+      metres * (gait.forward * Math.sin(heading) + gait.right * Math.cos(heading)),
+      metres * (gait.forward * Math.cos(heading) - gait.right * Math.sin(heading)),
+    ],
+    walls,
+  );
+  const [x, y] = [fromX + dx, fromY + dy];
+  const [before, after] = [ground(fromX, fromY), ground(x, y)];
   const rise = before === undefined || after === undefined ? 0 : after - before;
   const eye: Vector3 = [x, y, pose.eye[2] + rise];
   // With a narrow view a degree is a long way.

@@ -3,6 +3,7 @@ import { radians } from "../geometry/angles";
 import type { Vector3 } from "../geometry/vector";
 import type { Terrain } from "../ground/terrain";
 import type { Buildings } from "../map/buildings";
+import type { Walls } from "../motion/slide";
 import { type Catalogue, placeOf } from "../photographs/catalogue";
 import { direction, normalised, type Pose } from "../view/pose";
 import { DEFAULT_FOV_DEG } from "./url";
@@ -95,11 +96,6 @@ export function farthestView(x: number, y: number, buildings: Walls): number {
     }
   }
   return best.headingDeg;
-}
-
-/** What has an inside. */
-export interface Walls {
-  contain(x: number, y: number): boolean;
 }
 
 /** Places on a circle: at least one. */

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { Pose } from "../view/pose";
-import { readLink, writeLink } from "./url";
+import { atRest, readLink, writeLink } from "./url";
 
 const POSE: Pose = {
   eye: [651_507.5004, 6_861_077.125, -4.6],
@@ -26,6 +26,18 @@ describe("links", () => {
     expect(link).toBe("?scene=street&at=651507.5,6861077.125,-4.6&look=39.13,-2.5,65");
     const { pose } = readLink(link);
     expect(pose && writeLink("street", pose, "hybrid")).toBe(link);
+  });
+
+  it("say the very pose at which one comes to rest", () => {
+    const pose = atRest({
+      ...POSE,
+      eye: [1.00049, -2.0006, 3],
+      headingDeg: 359.997,
+      fovDeg: 64.999,
+    });
+    expect(pose).toMatchObject({ eye: [1, -2.001, 3], headingDeg: 0, fovDeg: 65 });
+    expect(readLink(writeLink("a", pose, "hybrid")).pose).toEqual(pose);
+    expect(atRest(pose)).toEqual(pose);
   });
 
   it("that say nothing sensible say nothing", () => {

@@ -28,19 +28,33 @@ export function readLink(search: string): LinkState {
   };
 }
 
-/** The query that `readLink` reads, places to a millimetre and angles to a hundredth of a degree. */
+/** The pose that a link to it says: places to a millimetre, angles to a hundredth of a degree. */
+export function atRest(pose: Pose): Pose {
+  const [x, y, z] = pose.eye;
+  return normalised({
+    eye: [rounded(x, 3), rounded(y, 3), rounded(z, 3)],
+    headingDeg: rounded(pose.headingDeg, 2),
+    pitchDeg: rounded(pose.pitchDeg, 2),
+    fovDeg: rounded(pose.fovDeg, 2),
+  });
+}
+
+/** The query that `readLink` reads. */
 export function writeLink(scene: string, pose: Pose, layer: Layer): string {
-  const numbers = (values: readonly number[], digits: number) =>
-    values.map((value) => Number(value.toFixed(digits))).join(",");
+  const { eye, headingDeg, pitchDeg, fovDeg } = atRest(pose);
   const parts = [
     `scene=${encodeURIComponent(scene)}`,
-    `at=${numbers(pose.eye, 3)}`,
-    `look=${numbers([pose.headingDeg, pose.pitchDeg, pose.fovDeg], 2)}`,
+    `at=${eye.join(",")}`,
+    `look=${[headingDeg, pitchDeg, fovDeg].join(",")}`,
   ];
   if (layer !== "hybrid") {
     parts.push(`layer=${layer}`);
   }
   return `?${parts.join("&")}`;
+}
+
+function rounded(value: number, digits: number): number {
+  return Number(value.toFixed(digits));
 }
 
 function readPose(query: URLSearchParams): Pose | undefined {
