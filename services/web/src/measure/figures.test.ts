@@ -61,9 +61,11 @@ describe("what coordinates refer to", () => {
   it("is a CRS by name and code, or the survey's own metres", () => {
     const of = (crs: string, more = {}) => referenceOf(create(SceneSchema, { crs, ...more }));
     expect(of("EPSG:2154", { crsName: "RGF93 / Lambert-93" })).toBe(
-      "RGF93 / Lambert-93 (EPSG:2154)",
+      "RGF93 / Lambert-93 (EPSG:2154): east, north, height in metres; the survey does not name what heights count from",
     );
-    expect(of("EPSG:2154")).toBe("EPSG:2154");
+    expect(of("EPSG:2154")).toMatch(/^EPSG:2154: .*heights count from$/);
+    const compound = of("EPSG:7415", { crsName: "Amersfoort / RD New + NAP height" });
+    expect(compound).toMatch(/in metres$/);
     expect(of("local")).toContain("own metres");
     const geographicOrigin = { latitudeDeg: 49, longitudeDeg: 8.4, heightM: 110 };
     expect(of("local", { geographicOrigin })).toContain("49.00000000, 8.40000000 (WGS84)");

@@ -1,7 +1,15 @@
 import { create } from "@bufbuild/protobuf";
 import { describe, expect, it } from "vitest";
-import { PlaceSchema } from "../gen/flaneur/v1/render_pb";
-import { coordinates, measure, metres, plusMinus, signedMetres } from "./measurement";
+import { type Place, PlaceSchema } from "../gen/flaneur/v1/render_pb";
+import {
+  coordinates,
+  geographic,
+  measure,
+  metres,
+  plusMinus,
+  pointed,
+  signedMetres,
+} from "./measurement";
 
 function place(x: number, y: number, z: number, uncertaintyM: number) {
   return create(PlaceSchema, { position: { x, y, z }, uncertaintyM });
@@ -9,14 +17,34 @@ function place(x: number, y: number, z: number, uncertaintyM: number) {
 
 describe("a measurement", () => {
   it("has a length, its parts, and how sure they are", () => {
-    const from = place(651_000, 6_861_000, 40, 0.03);
-    const to = place(651_003, 6_861_004, 28, 0.04);
+    const exact = (at: Place) => ({ place: at, beside: 0 });
+    const from = exact(place(651_000, 6_861_000, 40, 0.03));
+    const to = exact(place(651_003, 6_861_004, 28, 0.04));
     const result = measure(from, to);
     expect(result).toEqual({ distance: 13, horizontal: 5, vertical: -12, uncertainty: 0.05 });
-    expect(measure(from, place(0, 0, 0, 0)).uncertainty).toBeUndefined();
+    expect(measure(from, exact(place(0, 0, 0, 0))).uncertainty).toBeUndefined();
   });
 
-  it("is written to the millimetre", () => {
+  it("is no surer than the clicks", () => {
+    // A wall 20 m ahead, of which a pixel is 2 cm; seen askew it is more, but never without end.
+    const wall = { ...place(0, 20, 0, 0.03), normal: { x: 0, y: -1, z: 0 } } as Place;
+    const ahead = pointed(wall, [0, 0, 0], 1000);
+    expect(ahead.beside).toBeCloseTo(0.02);
+    const askew = { ...wall, normal: { x: 0.99995, y: -0.01, z: 0 } } as Place;
+    expect(pointed(askew, [0, 0, 0], 1000).beside).toBeCloseTo(0.2);
+    expect(measure(ahead, ahead).uncertainty).toBeCloseTo(Math.hypot(0.03, 0.03, 0.02, 0.02));
+  });
+
+  it("says no more digits than it is sure of", () => {
+    expect(geographic(48.123456789, 2.1, 0.5)).toBe("48.123457, 2.100000");
+    expect(geographic(48.123456789, 2.1, 0.03)).toBe("48.1234568, 2.1000000");
+    expect(geographic(48.123456789, 2.1, 0)).toBe("48.1234568, 2.1000000");
+    expect(metres(1.23456, 0.5)).toBe("1.23 m");
+    expect(coordinates([1, 2, 4.56789], 0.25)).toBe("1.00, 2.00, 4.57");
+    expect(signedMetres(-0.5, 0.5)).toBe("−0.50 m");
+  });
+
+  it("is written to the millimetre where the survey is as sure", () => {
     expect(metres(1.23456)).toBe("1.235 m");
     expect(signedMetres(-0.5)).toBe("−0.500 m");
     expect(signedMetres(0.5)).toBe("+0.500 m");

@@ -1,6 +1,28 @@
 import type { Place } from "../gen/flaneur/v1/render_pb";
-import { distance, planDistance, type Vector3 } from "../geometry/vector";
+import { distance, length, planDistance, subtract, type Vector3 } from "../geometry/vector";
 import { positionOf } from "../place/pick";
+
+/** A place, and how it was pointed at. */
+export interface Pointed {
+  readonly place: Place;
+  /** How far on the surface a click may be beside what was meant, metres. */
+  readonly beside: number;
+}
+
+/** No surface is seen more askew, as a sine: it is an edge. */
+const ASKEW = 0.1;
+
+/**
+ * A place that was clicked from `eye` in a picture of this focal length, pixels of the screen: a hand is
+ * a pixel off.
+ */
+export function pointed(place: Place, eye: Vector3, focal: number): Pointed {
+  const { x = 0, y = 0, z = 0 } = place.normal ?? {};
+  const ray = subtract(positionOf(place), eye);
+  const away = length(ray);
+  const facing = Math.abs(x * ray[0] + y * ray[1] + z * ray[2]) / Math.max(away, 1e-9);
+  return { place, beside: away / focal / Math.max(facing, ASKEW) };
+}
 
 /** What lies between two places, metres. */
 export interface Measurement {
@@ -12,21 +34,31 @@ export interface Measurement {
   readonly uncertainty: number | undefined;
 }
 
-export function measure(from: Place, to: Place): Measurement {
-  const [a, b] = [positionOf(from), positionOf(to)];
-  const known = from.uncertaintyM > 0 && to.uncertaintyM > 0;
+export function measure(from: Pointed, to: Pointed): Measurement {
+  const [a, b] = [positionOf(from.place), positionOf(to.place)];
+  const surveyed = [from.place.uncertaintyM, to.place.uncertaintyM];
+  const known = surveyed.every((metres) => metres > 0);
   return {
     distance: distance(a, b),
     horizontal: planDistance(a, b),
     vertical: b[2] - a[2],
-    // Places are surveyed apart from each other.
-    uncertainty: known ? Math.hypot(from.uncertaintyM, to.uncertaintyM) : undefined,
+    // Places are surveyed apart from each other, and so are they clicked.
+    uncertainty: known ? Math.hypot(...surveyed, from.beside, to.beside) : undefined,
   };
 }
 
-/** Millimetres are the survey's own; more is noise. */
-export function metres(value: number): string {
-  return `${value.toFixed(3)} m`;
+/** From here on millimetres mean nothing, metres. */
+const COARSE_M = 0.1;
+/** Metres of a degree of latitude. */
+const DEGREE_M = 111_320;
+
+/** Millimetres are the survey's own; more is noise. Centimetres where it is `sure` of decimetres alone. */
+export function metres(value: number, sure?: number): string {
+  return `${value.toFixed(digits(sure))} m`;
+}
+
+function digits(sure: number | undefined): number {
+  return sure !== undefined && sure >= COARSE_M ? 2 : 3;
 }
 
 /** A length to read in passing. */
@@ -35,8 +67,8 @@ export function roughMetres(value: number): string {
 }
 
 /** With its sign, as heights differ. */
-export function signedMetres(value: number): string {
-  return `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(3)} m`;
+export function signedMetres(value: number, sure?: number): string {
+  return `${value < 0 ? "−" : "+"}${metres(Math.abs(value), sure)}`;
 }
 
 /** Uncertainties to two digits that matter. */
@@ -47,6 +79,13 @@ export function plusMinus(value: number): string {
   return value < 1 ? `± ${(value * 100).toFixed(0)} cm` : `± ${value.toFixed(1)} m`;
 }
 
-export function coordinates(place: Vector3): string {
-  return place.map((value) => value.toFixed(3)).join(", ");
+export function coordinates(place: Vector3, sure?: number): string {
+  return place.map((value) => value.toFixed(digits(sure))).join(", ");
+}
+
+/** Latitude and longitude: the last digit is about a third of what they are sure of, a centimetre where that is unknown. */
+export function geographic(latitudeDeg: number, longitudeDeg: number, sure: number): string {
+  const third = sure > 0 ? sure / 3 : 0.01;
+  const places = Math.min(Math.max(Math.round(Math.log10(DEGREE_M / third)), 4), 8);
+  return `${latitudeDeg.toFixed(places)}, ${longitudeDeg.toFixed(places)}`;
 }

@@ -1,7 +1,8 @@
 import type { Place, Sight } from "../gen/flaneur/v1/render_pb";
 import type { Stage } from "../picture/stage";
 import { positionOf } from "../place/pick";
-import { measure, metres } from "./measurement";
+import { focalLength } from "../view/pinhole";
+import { measure, metres, type Pointed, pointed } from "./measurement";
 import { MeasurePanel } from "./panel";
 import { Ruler } from "./ruler";
 
@@ -16,7 +17,7 @@ export class Measuring {
   readonly ruler = new Ruler();
   readonly #stage: Stage;
   readonly #events: MeasuringEvents;
-  #places: Place[] = [];
+  #places: Pointed[] = [];
   /** What was asked last. */
   #asked: Promise<void> = Promise.resolve();
   /** Another one each time that the tape is taken up or cleared. */
@@ -54,6 +55,7 @@ export class Measuring {
   /** Takes the server's answer: nothing, where nothing was surveyed. Answers count in the order of clicks. */
   ask(answer: Promise<Place | undefined>): Promise<void> {
     const round = this.#round;
+    const { shown } = this.#stage;
     this.panel.show(this.#places.length < 2 ? this.#places : [], true);
     const before = this.#asked;
     this.#asked = (async () => {
@@ -62,7 +64,8 @@ export class Measuring {
       // Put away meanwhile, or begun anew.
       if (this.#on && round === this.#round) {
         const places = this.#places.length < 2 ? this.#places : [];
-        this.#set(place ? [...places, place] : this.#places);
+        const met = place && pointed(place, shown.pose.eye, focalLength(shown));
+        this.#set(met ? [...places, met] : this.#places);
       }
     })();
     return this.#asked;
@@ -73,11 +76,13 @@ export class Measuring {
     this.#set([]);
   }
 
-  #set(places: Place[]): void {
+  #set(places: Pointed[]): void {
     this.#places = places;
     this.panel.show(places, false);
     const [from, to] = places;
-    const label = from && to ? metres(measure(from, to).distance) : "";
-    this.ruler.set(places.map(positionOf), label, this.#stage.shown);
+    const measured = from && to && measure(from, to);
+    const label = measured ? metres(measured.distance, measured.uncertainty) : "";
+    const ends = places.map(({ place }) => positionOf(place));
+    this.ruler.set(ends, label, this.#stage.shown);
   }
 }

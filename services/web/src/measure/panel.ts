@@ -6,7 +6,16 @@ import { positionOf } from "../place/pick";
 import { TEXT } from "../strings";
 import { momentOf } from "./gps_time";
 import { lasClass } from "./las_class";
-import { coordinates, measure, metres, plusMinus, roughMetres, signedMetres } from "./measurement";
+import {
+  coordinates,
+  geographic,
+  measure,
+  metres,
+  type Pointed,
+  plusMinus,
+  roughMetres,
+  signedMetres,
+} from "./measurement";
 
 /** What the panel leads to. */
 export interface MeasurePanelEvents {
@@ -20,17 +29,38 @@ export class MeasurePanel {
   readonly #reference: string;
   readonly #events: MeasurePanelEvents;
   readonly #body: HTMLElement;
+  /** All that there is room for on a narrow screen, unless it is opened. */
+  readonly #line = element("p", { class: "line", role: "status" });
   readonly root: HTMLElement;
 
   /** `reference` says what coordinates refer to. */
   constructor(reference: string, events: MeasurePanelEvents) {
     this.#reference = reference;
     this.#events = events;
-    this.#body = element("div", { class: "body", "aria-live": "polite" });
+    this.#body = element("div", { class: "body", id: "measured", "aria-live": "polite" });
+    const handle = element("button", {
+      type: "button",
+      class: "plain handle",
+      "aria-label": TEXT.measureDetails,
+      "aria-expanded": "false",
+      "aria-controls": "measured",
+    });
+    handle.append(icon("open"));
+    handle.addEventListener("click", () => {
+      const isOpen = this.root.classList.toggle("open");
+      handle.ariaExpanded = String(isOpen);
+    });
     const close = element("button", { type: "button", class: "plain", "aria-label": TEXT.close });
     close.append(icon("close"));
     close.addEventListener("click", () => events.close());
-    const head = element("header", {}, element("h2", {}, TEXT.measurePanel), close);
+    const head = element(
+      "header",
+      {},
+      element("h2", {}, TEXT.measurePanel),
+      this.#line,
+      handle,
+      close,
+    );
     this.root = element(
       "section",
       { class: "panel measure-panel", "aria-label": TEXT.measurePanel, hidden: true },
@@ -41,13 +71,13 @@ export class MeasurePanel {
   }
 
   /** The places so far, and whether another is being asked for. */
-  show(places: readonly Place[], asking: boolean): void {
+  show(places: readonly Pointed[], asking: boolean): void {
     const [from, to] = places;
     const parts: HTMLElement[] = [];
     if (from && to) {
       parts.push(distanceOf(from, to));
     }
-    places.forEach((place, index) => {
+    places.forEach(({ place }, index) => {
       parts.push(this.#placeOf(place, index === 0 ? "A" : "B", places.length > 1));
     });
     if (asking) {
@@ -61,6 +91,7 @@ export class MeasurePanel {
       parts.push(clear);
     }
     this.#body.replaceChildren(...parts);
+    this.#line.textContent = asking ? TEXT.measuring : lineOf(from, to);
   }
 
   #placeOf(place: Place, letter: string, lettered: boolean): HTMLElement {
@@ -68,18 +99,18 @@ export class MeasurePanel {
     const row = (name: string, ...values: (Node | string)[]) => {
       rows.append(element("dt", {}, name), element("dd", {}, ...values));
     };
-    const position = coordinates(positionOf(place));
+    const { uncertaintyM } = place;
+    const position = coordinates(positionOf(place), uncertaintyM);
     row(
       TEXT.position,
       element("span", { class: "figures", "data-figure": "position" }, position),
       copy(position),
-      remark(`${this.#reference}: ${TEXT.axes}`),
+      remark(this.#reference),
     );
-    const { geographic } = place;
-    if (geographic) {
+    if (place.geographic) {
       // Its height is that of the survey, not of the ellipsoid.
-      const { latitudeDeg, longitudeDeg } = geographic;
-      const text = `${latitudeDeg.toFixed(8)}, ${longitudeDeg.toFixed(8)}`;
+      const { latitudeDeg, longitudeDeg } = place.geographic;
+      const text = geographic(latitudeDeg, longitudeDeg, uncertaintyM);
       row(
         TEXT.geographic,
         element("span", { class: "figures" }, text),
@@ -92,7 +123,6 @@ export class MeasurePanel {
     for (const [name, ...values] of surfaceOf(place)) {
       row(name, ...values);
     }
-    const { uncertaintyM } = place;
     row(TEXT.uncertainty, uncertaintyM > 0 ? plusMinus(uncertaintyM) : TEXT.unknownUncertainty);
     const [first] = place.photographs;
     row(
@@ -131,16 +161,32 @@ export class MeasurePanel {
   }
 }
 
-function distanceOf(from: Place, to: Place): HTMLElement {
+/** The least that there is to say. */
+function lineOf(from: Pointed | undefined, to: Pointed | undefined): string {
+  if (!from) {
+    return TEXT.measureHint;
+  }
+  if (!to) {
+    return coordinates(positionOf(from.place), from.place.uncertaintyM);
+  }
+  const { distance, uncertainty } = measure(from, to);
+  const sure = uncertainty === undefined ? "" : ` ${plusMinus(uncertainty)}`;
+  return metres(distance, uncertainty) + sure;
+}
+
+function distanceOf(from: Pointed, to: Pointed): HTMLElement {
   const { distance, horizontal, vertical, uncertainty } = measure(from, to);
   const sure = uncertainty === undefined ? "" : ` ${plusMinus(uncertainty)}`;
   const main = element(
     "p",
     { class: "result", "aria-label": TEXT.distance },
-    element("strong", { "data-figure": "distance" }, metres(distance)),
+    element("strong", { "data-figure": "distance" }, metres(distance, uncertainty)),
     element("span", { class: "aside" }, sure),
   );
-  const parts = `${TEXT.horizontal} ${metres(horizontal)} · ${TEXT.vertical} ${signedMetres(vertical)}`;
+  const parts = [
+    `${TEXT.horizontal} ${metres(horizontal, uncertainty)}`,
+    `${TEXT.vertical} ${signedMetres(vertical, uncertainty)}`,
+  ].join(" · ");
   return element("div", {}, main, element("p", { class: "aside" }, parts));
 }
 

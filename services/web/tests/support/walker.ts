@@ -55,6 +55,36 @@ export class Walker {
     return pose;
   }
 
+  /** The newest picture as it came, as the address of a PNG. */
+  picture(): Promise<string> {
+    return this.stage.evaluate((stage) => {
+      const newest = [...stage.querySelectorAll<HTMLCanvasElement>("canvas.picture")].pop();
+      return newest?.toDataURL() ?? "";
+    });
+  }
+
+  /** How far the newest picture is from another one, root mean square, of 255. */
+  async differs(picture: string): Promise<number> {
+    const own = await this.picture();
+    return this.page.evaluate(
+      async (addresses) => {
+        const pixels = async (address: string) => {
+          const bitmap = await createImageBitmap(await (await fetch(address)).blob());
+          const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+          context?.drawImage(bitmap, 0, 0);
+          return context?.getImageData(0, 0, bitmap.width, bitmap.height).data ?? [];
+        };
+        const [a = [], b = []] = await Promise.all(addresses.map(pixels));
+        let squares = a.length === b.length ? 0 : Number.POSITIVE_INFINITY;
+        for (let at = 0; at < a.length; at += 1) {
+          squares += ((a[at] ?? 0) - (b[at] ?? 0)) ** 2;
+        }
+        return Math.sqrt(squares / Math.max(a.length, 1));
+      },
+      [own, picture],
+    );
+  }
+
   /** Drags the street from one place to another, as a hand does. */
   async drag(from: ScreenPoint, to: ScreenPoint): Promise<void> {
     const { mouse } = this.page;
