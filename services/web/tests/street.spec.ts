@@ -134,6 +134,9 @@ test("switches what is shown, and says so in the link", async ({ server, walker,
   await walker.page.getByRole("radio", { name: "Normals" }).check();
   await expect(walker.page).toHaveURL(/layer=normals/);
   await walker.sees("final");
+  await expect(walker.page.getByRole("button", { name: "More" })).toHaveText("Normals");
+  await expect(walker.page.getByText("Which way surfaces face").last()).toBeVisible();
+  await keep("normals");
   await walker.page.keyboard.press("1");
   await expect(walker.page).not.toHaveURL(/layer/);
 });

@@ -15,7 +15,6 @@ export function layerSwitches(layer: Value<Layer>): HTMLElement {
     "aria-label": TEXT.moreLayers,
     title: TEXT.moreLayers,
   });
-  button.append(icon("more"));
   const expand = (open: boolean) => {
     more.hidden = !open;
     button.setAttribute("aria-expanded", String(open));
@@ -52,7 +51,11 @@ export function layerSwitches(layer: Value<Layer>): HTMLElement {
     if (input) {
       input.checked = true;
     }
-    button.classList.toggle("chosen", MORE_LAYERS.includes(name));
+    const isMore = MORE_LAYERS.includes(name);
+    const chosen = TEXT.layerNames[name];
+    button.classList.toggle("chosen", isMore);
+    button.ariaLabel = isMore ? `${TEXT.moreLayers}: ${chosen}` : TEXT.moreLayers;
+    button.replaceChildren(...(isMore ? [element("span", {}, chosen)] : []), icon("more"));
   });
   return root;
 }
@@ -63,17 +66,19 @@ function option(name: Layer): HTMLElement {
   return element("label", { title: TEXT.layerHelp[name] }, input, label);
 }
 
-/** What the colours of a layer mean, for those that need telling. */
+/** What a layer shows, for those that do not look like a street. */
 export function layerLegend(layer: Value<Layer>): HTMLElement {
   const root = element("div", { class: "legend floating", role: "note" });
   layer.watch((name) => {
-    root.hidden = !["uncertainty", "sources", "depth"].includes(name);
+    root.hidden = ["hybrid", "mesh", "points"].includes(name);
+    const title = element("strong", {}, TEXT.layerNames[name]);
     if (name !== "uncertainty") {
-      root.replaceChildren(element("p", {}, TEXT.layerHelp[name]));
+      root.replaceChildren(title, element("p", {}, TEXT.layerHelp[name]));
       return;
     }
     const { centimetre, decimetre, metre, unseen, inferred } = TEXT.legend;
     root.replaceChildren(
+      title,
       element("p", {}, TEXT.layerHelp.uncertainty),
       element("div", { class: "ramp", "aria-hidden": "true" }),
       element(

@@ -1,13 +1,14 @@
 import type { Frame } from "../gen/flaneur/v1/render_pb";
-import { type Effort, WHOLE } from "./request";
+import type { Effort } from "./request";
 
 /** A frame on the way should not take the server longer, milliseconds. */
 const AIM_MS = 80;
 /**
- * Sizes on the way, as parts of the best picture's pixels. Below these the server makes its own
- * pictures coarser, and knows better where.
+ * Sizes on the way, pixels. Below these the server makes its own pictures coarser, and knows better
+ * where.
  */
-const PARTS = [1, 0.5] as const;
+const LARGE = 1 << 20;
+const SMALL = 1 << 19;
 /** Turning shows what lies beside the picture before the next one is there. */
 const TURNING_MARGIN = 1.2;
 
@@ -38,8 +39,7 @@ export class Pace {
   }
 
   moving(turning: boolean): Effort {
-    const part = PARTS.find((part) => (WHOLE.pixels * part * this.#cost) / 1e6 <= AIM_MS);
-    const pixels = WHOLE.pixels * (part ?? PARTS[PARTS.length - 1] ?? 1);
+    const pixels = (LARGE * this.#cost) / 1e6 <= AIM_MS ? LARGE : SMALL;
     return { pixels, margin: turning ? TURNING_MARGIN : 1 };
   }
 }

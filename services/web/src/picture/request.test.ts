@@ -13,6 +13,8 @@ describe("what is asked for", () => {
   it("is the screen's own pixels where they are not too many", () => {
     const picture = pictureOf(POSE, { width: 800, height: 600, density: 1 }, WHOLE);
     expect(picture).toEqual({ pose: POSE, width: 800, height: 600 });
+    const large = pictureOf(POSE, { width: 1920, height: 1080, density: 1 }, WHOLE);
+    expect(large).toEqual({ pose: POSE, width: 1920, height: 1080 });
   });
 
   it("never has more pixels than asked for, and keeps the scale of the screen", () => {
@@ -55,8 +57,8 @@ describe("the pace", () => {
       slow.took(frame(160));
       quick.took(frame(4));
     }
-    expect(quick.moving(false).pixels).toBe(WHOLE.pixels);
-    expect(slow.moving(false).pixels).toBe(WHOLE.pixels / 2);
+    expect(quick.moving(false).pixels).toBe(1 << 20);
+    expect(slow.moving(false).pixels).toBe(1 << 19);
     expect(slow.moving(true).margin).toBeGreaterThan(1);
   });
 

@@ -18,8 +18,8 @@ export interface Effort {
   readonly margin: number;
 }
 
-/** The best picture: about what a large screen has. */
-export const WHOLE: Effort = { pixels: 1 << 20, margin: 1 };
+/** The best picture: all that a large screen has; the server makes it smaller where it must. */
+export const WHOLE: Effort = { pixels: 1 << 21, margin: 1 };
 
 /**
  * The picture to ask for: of the screen's shape with its margin, with the screen's own pixels
