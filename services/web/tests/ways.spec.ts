@@ -101,7 +101,9 @@ test("nobody gets into a building, neither by the map nor on foot", async ({
 
   // Across the street, as fast as one can, for longer than it is wide.
   await walker.open(linkTo(server.url, { ...there, headingDeg: (0.61 * 180) / Math.PI + 90 }));
-  await walker.hold("Shift+w", 4000);
+  await walker.page.keyboard.down("Shift");
+  await walker.hold("w", 4000);
+  await walker.page.keyboard.up("Shift");
   await walker.sees("final");
   const { eye } = await walker.pose();
   expect(distance(eye, there.eye)).toBeGreaterThan(1);

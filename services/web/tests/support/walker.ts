@@ -55,11 +55,11 @@ export class Walker {
     return pose;
   }
 
-  /** The newest picture as it came, as the address of a PNG. */
+  /** The newest picture as it came, as a PNG in base 64. */
   picture(): Promise<string> {
     return this.stage.evaluate((stage) => {
       const newest = [...stage.querySelectorAll<HTMLCanvasElement>("canvas.picture")].pop();
-      return newest?.toDataURL() ?? "";
+      return newest?.toDataURL().split(",")[1] ?? "";
     });
   }
 
@@ -67,14 +67,15 @@ export class Walker {
   async differs(picture: string): Promise<number> {
     const own = await this.picture();
     return this.page.evaluate(
-      async (addresses) => {
-        const pixels = async (address: string) => {
-          const bitmap = await createImageBitmap(await (await fetch(address)).blob());
+      async (pictures) => {
+        const pixels = async (data: string) => {
+          const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
+          const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
           const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
           context?.drawImage(bitmap, 0, 0);
           return context?.getImageData(0, 0, bitmap.width, bitmap.height).data ?? [];
         };
-        const [a = [], b = []] = await Promise.all(addresses.map(pixels));
+        const [a = [], b = []] = await Promise.all(pictures.map(pixels));
         let squares = a.length === b.length ? 0 : Number.POSITIVE_INFINITY;
         for (let at = 0; at < a.length; at += 1) {
           squares += ((a[at] ?? 0) - (b[at] ?? 0)) ** 2;
