@@ -6,7 +6,7 @@ export interface Walls {
 }
 
 /** One comes no nearer to a wall than about that, metres. */
-const CLEARANCE_M = 0.4;
+const CLEARANCE_M = 1;
 /** So far one is turned aside to go along a wall, degrees; who walks into it straight on stands still. */
 const ASIDE_DEG = [0, 15, -15, 30, -30, 45, -45, 60, -60];
 
