@@ -1,10 +1,14 @@
 //! `flaneur view`: a scene in a window, to walk about in.
 
+mod buildings;
 mod ground;
+mod measurement;
+mod measuring;
 mod opened;
 mod painter;
 mod place;
 mod pose;
+mod start;
 mod visitor;
 mod window;
 
@@ -37,8 +41,9 @@ Examples:
   flaneur view scenes/paris --view 651190,6861340,43,180,5 \\
     --fov 75 --size 1600x900
 
-Drag to look, turn the wheel to zoom, walk with W, A, S, D or the arrows; click the ground to go \
-there, a wall to face it, twice to go to the nearest photograph. H shows all keys, O the figures.";
+The controls are those of the web page. Drag to look, turn the wheel to zoom, walk with W, A, S, D or \
+the arrows; click the ground to go there, a wall to face it, twice to go to the nearest photograph. \
+M measures, ? or H shows all keys, O the figures.";
 
 /// Arguments of `flaneur view`.
 #[derive(Args)]
@@ -50,14 +55,14 @@ pub(crate) struct ViewArguments {
     #[arg(value_name = "SOURCE")]
     source: String,
     /// Where to stand and look at first: world CRS in metres, degrees clockwise from grid north, degrees
-    /// up [default: at the photograph nearest to the scene's middle]
+    /// up [default: at the photograph nearest to the scene's middle, or in the open where there are none]
     #[arg(long, value_name = "X,Y,Z,HEADING,PITCH", allow_hyphen_values = true)]
     view: Option<Viewpoint>,
     /// Vertical field of view in degrees, at first
     #[arg(long, default_value = "60", value_parser = parse_fov)]
     fov: f64,
-    /// What to show at first; the keys 1 to 9 change it: hybrid, mesh, points, points-colour, wireframe,
-    /// depth, normals, sources (which photographs) or uncertainty
+    /// What to show at first; the keys 1 to 9 change it: hybrid, mesh, points, sources (which
+    /// photographs), uncertainty, points-colour, wireframe, depth or normals
     #[arg(long, default_value = "hybrid")]
     mode: Mode,
     /// Size of the window in pixels, at first [default: 1280x720]

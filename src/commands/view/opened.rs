@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use flaneur_scene::{Panorama, Region, SceneInfo, heading_pitch_roll};
+use flaneur_scene::{Panorama, Region};
 use flaneur_streamer::{Client, StreamOptions, Streamer};
 use futures::TryStreamExt;
 use glam::{DVec2, DVec3};
 
 use super::pose::Pose;
+use super::start::start;
 use crate::exit::Exit;
 use crate::source::{Source, stream_exit};
 
@@ -15,13 +16,11 @@ use crate::source::{Source, stream_exit};
 const MANIFEST: &str = "scene.json";
 /// How far around a place one looks for a photograph, metres, one after the other.
 const RADII: [f64; 3] = [30.0, 200.0, 2000.0];
-/// Above the lowest of a scene without photographs one stands, metres.
-const STANDING: f64 = 1.7;
 
 /// A scene, connected.
 pub(super) struct Opened {
     pub(super) streamer: Streamer,
-    /// At the photograph nearest to the scene's middle, looking as its vehicle did.
+    /// Where one stands at first.
     pub(super) start: Pose,
 }
 
@@ -52,20 +51,6 @@ pub(super) async fn nearest(
         }
     }
     Ok(None)
-}
-
-async fn start(client: &Client, info: &SceneInfo, fov_y: f64) -> Result<Pose, Exit> {
-    if let Some((panorama, centre)) = nearest(client, info.origin.truncate()).await? {
-        let [heading, ..] = heading_pitch_roll(&panorama.world_from_rig);
-        return Ok(Pose::new(centre, heading, 0.0, fov_y));
-    }
-    let centre = info.bounds.centre();
-    let eye = if info.bounds.is_empty() {
-        info.origin
-    } else {
-        centre.with_z(info.bounds.min.z + STANDING)
-    };
-    Ok(Pose::new(eye, 0.0, 0.0, fov_y))
 }
 
 /// The scene's folder where `text` is the path of its manifest.

@@ -1,12 +1,14 @@
 //! Places on surfaces, as one clicks them.
 
-use std::fmt;
-
 use flaneur_renderer::{Picked, PickedSurface};
 use flaneur_scene::SurfaceClass;
 use glam::DVec3;
 
-/// Surfaces that lean less than this from the horizontal are ground to stand on: the cosine.
+/// Higher above the terrain a point is not on the ground, metres.
+const STEP: f64 = 0.4;
+/// Points on surfaces that lean less than this from the upright are on walls, and where the terrain is
+/// not known those that lean more than this are on the ground: sines.
+const UPRIGHT: f64 = 0.4;
 const LEVEL: f64 = 0.7;
 
 /// A place on a surface.
@@ -16,51 +18,71 @@ pub(super) struct Place {
     pub(super) position: DVec3,
     /// Of the surface, towards the eye, a unit vector.
     pub(super) normal: DVec3,
-    /// How far the surface may be from there, metres.
-    uncertainty_m: f64,
-    /// What was surveyed there, and the photograph that counts most in its colour.
-    what: &'static str,
-    photograph: Option<String>,
+    /// How far the surface may be from there, metres; 0 where nobody knows.
+    pub(super) uncertainty_m: f64,
+    /// What was surveyed there.
+    pub(super) surface: PickedSurface,
+    /// The photograph that counts most in its colour.
+    pub(super) photograph: Option<String>,
+}
+
+/// What one does at a place: go there, face it, or look at it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PlaceKind {
+    Ground,
+    Wall,
+    Other,
 }
 
 impl Place {
-    /// On a surface that faces `normal`.
-    #[cfg(test)]
-    pub(super) fn on(normal: DVec3, position: DVec3) -> Self {
-        Self { position, normal, uncertainty_m: 0.1, what: "surface", photograph: None }
+    /// Which of them it is, where the terrain is as high as `ground`, if that is known.
+    pub(super) fn kind(&self, ground: Option<f64>) -> PlaceKind {
+        match self.surface {
+            PickedSurface::Mesh(SurfaceClass::Ground) => PlaceKind::Ground,
+            PickedSurface::Mesh(SurfaceClass::Wall) => PlaceKind::Wall,
+            PickedSurface::Mesh(SurfaceClass::Roof) => PlaceKind::Other,
+            PickedSurface::Point => {
+                let on_ground = |height: f64| (self.position.z - height).abs() < STEP;
+                if ground.map_or(self.normal.z > LEVEL, on_ground) {
+                    PlaceKind::Ground
+                } else if self.normal.z.abs() < UPRIGHT {
+                    PlaceKind::Wall
+                } else {
+                    PlaceKind::Other
+                }
+            }
+        }
     }
 
-    /// Whether one can stand there.
-    pub(super) fn is_level(&self) -> bool {
-        self.normal.z > LEVEL
+    /// What was surveyed there, in words.
+    pub(super) fn what(&self) -> &'static str {
+        match self.surface {
+            PickedSurface::Point => "lidar point",
+            PickedSurface::Mesh(SurfaceClass::Ground) => "terrain",
+            PickedSurface::Mesh(SurfaceClass::Wall) => "wall",
+            PickedSurface::Mesh(SurfaceClass::Roof) => "roof",
+        }
     }
 }
 
 impl From<Picked> for Place {
     fn from(picked: Picked) -> Self {
-        let what = match picked.surface {
-            PickedSurface::Point => "point",
-            PickedSurface::Mesh(SurfaceClass::Ground) => "ground",
-            PickedSurface::Mesh(SurfaceClass::Wall) => "wall",
-            PickedSurface::Mesh(SurfaceClass::Roof) => "roof",
-        };
         Self {
             position: picked.position,
             normal: picked.normal,
             uncertainty_m: picked.uncertainty_m,
-            what,
+            surface: picked.surface,
             photograph: picked.seen_by.first().map(|sight| sight.id.to_string()),
         }
     }
 }
 
-/// Where it is, how surely, and from what that is known.
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (at, uncertainty_m) = (self.position, self.uncertainty_m);
-        write!(f, "{:.2}  {:.2}  {:.2}  ± {uncertainty_m:.2} m", at.x, at.y, at.z)?;
-        write!(f, "   {}", self.what)?;
-        self.photograph.iter().try_for_each(|photograph| write!(f, ", photograph {photograph}"))
+#[cfg(test)]
+impl Place {
+    /// A point of a surface that faces `normal`, surveyed to five centimetres.
+    pub(super) fn on(normal: DVec3, position: DVec3) -> Self {
+        let surface = PickedSurface::Point;
+        Self { position, normal, uncertainty_m: 0.05, surface, photograph: None }
     }
 }
 
@@ -69,10 +91,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_stands_on_what_is_level() {
-        let on = |normal: DVec3| Place::on(normal.normalize(), DVec3::new(1.0, 2.0, 3.0));
-        assert!(on(DVec3::Z).is_level() && on(DVec3::new(0.3, 0.0, 1.0)).is_level());
-        assert!(!on(DVec3::X).is_level() && !on(DVec3::NEG_Z).is_level());
-        assert_eq!(on(DVec3::Z).to_string(), "1.00  2.00  3.00  ± 0.10 m   surface");
+    fn a_place_is_what_the_survey_says_it_is() {
+        let mesh = |class| Place {
+            surface: PickedSurface::Mesh(class),
+            ..Place::on(DVec3::Z, DVec3::new(0.0, 8.0, 12.0))
+        };
+        assert_eq!(mesh(SurfaceClass::Ground).kind(None), PlaceKind::Ground);
+        assert_eq!(mesh(SurfaceClass::Wall).kind(Some(12.0)), PlaceKind::Wall);
+        assert_eq!(mesh(SurfaceClass::Roof).kind(Some(12.0)), PlaceKind::Other);
+        let point = |normal: DVec3, ground| {
+            Place::on(normal.normalize(), DVec3::new(0.0, 8.0, 12.0)).kind(ground)
+        };
+        assert_eq!(point(DVec3::NEG_Y, Some(11.9)), PlaceKind::Ground);
+        assert_eq!(point(DVec3::NEG_Y, Some(10.0)), PlaceKind::Wall);
+        assert_eq!(point(DVec3::Z, Some(4.0)), PlaceKind::Other);
+        assert_eq!(point(DVec3::new(0.3, 0.0, 1.0), None), PlaceKind::Ground);
+        assert_eq!(point(DVec3::NEG_Z, None), PlaceKind::Other);
     }
 }

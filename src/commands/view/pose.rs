@@ -6,8 +6,8 @@ use std::fmt;
 use flaneur_scene::View;
 use glam::{DVec2, DVec3, UVec2};
 
-/// The narrowest and the widest vertical field of view, radians.
-const FOV: [f64; 2] = [0.1, 2.1];
+/// The narrowest and the widest vertical field of view, radians: 5 and 110 degrees.
+const FOV: [f64; 2] = [PI / 36.0, 11.0 / 18.0 * PI];
 
 /// An eye and its direction; no roll.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,11 +82,16 @@ impl Pose {
         )
     }
 
+    /// How far one turns to look as `other` does, radians: the larger of heading and pitch.
+    pub(super) fn turn_to(&self, other: &Self) -> f64 {
+        let heading = (other.heading - self.heading + PI).rem_euclid(TAU) - PI;
+        heading.abs().max((other.pitch - self.pitch).abs())
+    }
+
     /// Whether two poses show the same, as far as anyone could tell.
     pub(super) fn is_like(&self, other: &Self) -> bool {
-        let turn = (other.heading - self.heading + PI).rem_euclid(TAU) - PI;
-        let angles = [turn, other.pitch - self.pitch, other.fov_y - self.fov_y];
-        self.eye.distance(other.eye) < 1e-4 && angles.iter().all(|angle| angle.abs() < 1e-5)
+        let angle = self.turn_to(other).max((other.fov_y - self.fov_y).abs());
+        self.eye.distance(other.eye) < 1e-4 && angle < 1e-5
     }
 }
 

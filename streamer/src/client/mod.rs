@@ -12,7 +12,7 @@ use flaneur_proto::v1::panorama_service_client::PanoramaServiceClient;
 use flaneur_proto::v1::point_service_client::PointServiceClient;
 use flaneur_proto::v1::scene_service_client::SceneServiceClient;
 use flaneur_proto::{FieldError, v1};
-use flaneur_scene::{Footprint, Node, NodeKey, Panorama, Region, SceneInfo};
+use flaneur_scene::{Footprint, GroundTile, Node, NodeKey, Panorama, Region, SceneInfo};
 use futures::Stream;
 use prost::Message;
 use tokio::sync::Semaphore;
@@ -169,6 +169,17 @@ impl Client {
             tiles.push(message);
         }
         Ok(tiles)
+    }
+
+    /// The terrain in `region`, whole tiles of it with every node.
+    ///
+    /// # Errors
+    /// Where the service fails, or sends what is no terrain.
+    pub async fn terrain(&self, region: Region) -> Result<Vec<GroundTile>, StreamError> {
+        let tiles = self.ground(region, 1).await?.into_iter();
+        tiles
+            .map(|one| GroundTile::try_from(one).map_err(StreamError::field("StreamGround")))
+            .collect()
     }
 
     /// The panoramas in `region` as they arrive: nearest first where it is a disc. Dropping

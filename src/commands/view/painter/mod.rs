@@ -48,8 +48,18 @@ pub(super) struct Click {
     pub(super) view: View,
     /// Where in its picture.
     pub(super) pixel: DVec2,
-    /// Whether they click twice.
-    pub(super) double: bool,
+    pub(super) purpose: Purpose,
+}
+
+/// What someone clicks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// To go there, or face it.
+    Go,
+    /// To go to the nearest photograph.
+    Photograph,
+    /// To measure, in a round of the tape.
+    Measure(u64),
 }
 
 /// What the painter tells.
@@ -67,6 +77,7 @@ pub(super) enum News {
 /// A frame, and what is to be known of it.
 pub(super) struct Shown {
     pub(super) view: View,
+    pub(super) mode: Mode,
     pub(super) size: UVec2,
     /// sRGB, rows from the top.
     pub(super) rgba: Vec<u8>,

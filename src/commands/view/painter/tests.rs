@@ -13,6 +13,7 @@ use flaneur_streamer::StreamOptions;
 use glam::DVec3;
 
 use super::*;
+use crate::commands::view::place::PlaceKind;
 use crate::commands::view::pose::Pose;
 
 /// How long a frame may take.
@@ -78,13 +79,14 @@ async fn a_painter_shows_one_scene_and_then_another() {
 
         // The road is under one's feet, and a click on it says so.
         let down = start.turned(0.0, -1.0).view(SIZE);
-        let click = Click { view: down, pixel: SIZE.as_dvec2() / 2.0, double: false };
+        let click = Click { view: down, pixel: SIZE.as_dvec2() / 2.0, purpose: Purpose::Go };
         painter.order(Order::Pick(Box::new(click)));
         let picked = std::iter::from_fn(|| news.recv_timeout(PATIENCE).ok())
             .find_map(|news| if let News::Picked(_, place) = news { place } else { None });
         let place = picked.expect("the road");
         let road = painter.ground().height(place.position.truncate()).expect("known by now");
-        assert!(place.is_level() && (place.position.z - road).abs() < 0.3, "{place} {road}");
+        assert_eq!(place.kind(Some(road)), PlaceKind::Ground);
+        assert!((place.position.z - road).abs() < 0.3, "{place:?} {road}");
 
         painter.order(Order::Open(Box::new(second)));
         painter.wish(wish(&other, false));

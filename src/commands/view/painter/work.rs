@@ -220,6 +220,7 @@ impl Work {
         }
         tell(News::Frame(Box::new(Shown {
             view: wish.view,
+            mode: wish.mode,
             size: frame.size,
             rgba: frame.rgba,
             stats: frame.stats,

@@ -20,6 +20,10 @@ pub(in crate::commands::view) enum Step {
     TurnLeft,
     /// Turning to the right.
     TurnRight,
+    /// Looking up.
+    TiltUp,
+    /// Looking down.
+    TiltDown,
 }
 
 /// Which of them are under way.
@@ -35,12 +39,13 @@ struct Key {
     released: bool,
 }
 
-/// How far to go, and which way: -1, 0 or 1 each.
+/// Which way to go: -1, 0 or 1 each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Course {
     pub(super) ahead: f64,
     pub(super) right: f64,
     pub(super) turn: f64,
+    pub(super) tilt: f64,
 }
 
 impl Keys {
@@ -75,9 +80,17 @@ impl Keys {
                 Step::Left => course.right -= 1.0,
                 Step::TurnRight => course.turn += 1.0,
                 Step::TurnLeft => course.turn -= 1.0,
+                Step::TiltUp => course.tilt += 1.0,
+                Step::TiltDown => course.tilt -= 1.0,
             }
         }
-        course
+        let unit = |sum: f64| sum.clamp(-1.0, 1.0);
+        Course {
+            ahead: unit(course.ahead),
+            right: unit(course.right),
+            turn: unit(course.turn),
+            tilt: unit(course.tilt),
+        }
     }
 }
 
@@ -100,6 +113,8 @@ mod tests {
         assert_eq!(keys.course(later(500)), Course { turn: -1.0, ..Course::default() });
         keys.release(Step::Right);
         assert_eq!(keys.course(later(500)).right, -1.0);
+        keys.press(Step::TiltUp, now);
+        assert_eq!(keys.course(later(500)).tilt, 1.0);
         keys.release_all();
         assert_eq!(keys.course(later(500)), Course::default());
     }

@@ -1,35 +1,40 @@
 //! Someone who looks and walks about: what they do, in; where they stand, out. No window, no clock.
 
+mod before;
 mod glide;
 mod keys;
 #[cfg(test)]
 mod tests;
 
+use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 use std::time::Instant;
 
 use glam::{DVec2, DVec3, UVec2};
 
 use super::ground::Ground;
-use super::place::Place;
+use super::place::{Place, PlaceKind};
 use super::pose::Pose;
+use before::before;
 use glide::Glide;
 use keys::Keys;
 pub(super) use keys::Step;
 
+/// Eyes of someone who comes down to the ground are so far above it, metres.
+pub(super) const EYE_HEIGHT: f64 = 1.6;
+
 /// Metres a second, and how much more with Shift.
-const SPEED: f64 = 4.0;
-const HASTE: f64 = 4.0;
-/// Radians a second.
-const TURN: f64 = 1.2;
+const SPEED: f64 = 3.0;
+const HASTE: f64 = 3.0;
+/// Radians a second, with a field of view as wide as the second figure, radians, or wider; with a narrow
+/// one a degree is a long way.
+const TURN: f64 = 75.0 / 180.0 * PI;
+const WIDE: f64 = 65.0 / 180.0 * PI;
 /// An eye within this range above the ground is that of someone who walks, metres; others fly.
-const EYE_HEIGHT: [f64; 2] = [0.3, 8.0];
-/// How tall someone is who comes down to the ground, metres.
-const STANDING: f64 = 1.7;
+const WALKING: RangeInclusive<f64> = 0.3..=8.0;
 /// How fast an eye follows the ground: the share of the difference that is left after a second is
 /// e to the minus this.
 const FOLLOWING: f64 = 8.0;
-/// How near one stays to a wall to face it, and how far off at most, metres.
-const BEFORE_WALL: [f64; 2] = [2.0, 12.0];
 /// A longer time between two looks at the clock is taken for this, seconds: whoever was away does
 /// not run on meanwhile.
 const LONGEST_STEP_S: f64 = 0.25;
@@ -94,26 +99,48 @@ impl Visitor {
         self.pose = self.pose.turned(heading, -turn.y);
     }
 
-    /// They zoom in, by so many notches of a wheel.
-    pub(super) fn zoom(&mut self, notches: f64) {
-        self.pose = self.pose.zoomed((-0.1 * notches).exp());
+    /// They narrow (> 1) or widen (< 1) the view of `size` pixels; what is at the pixel `about` stays
+    /// there.
+    pub(super) fn zoom(&mut self, factor: f64, about: DVec2, size: UVec2) {
+        self.glide = None;
+        let angles = |pose: &Pose| {
+            let ray = pose.view(size).ray(about)?;
+            let there = pose.facing(pose.eye + ray.direction);
+            Some(DVec2::new(there.heading, there.pitch))
+        };
+        let zoomed = self.pose.zoomed(1.0 / factor);
+        let turn =
+            angles(&self.pose).zip(angles(&zoomed)).map_or(DVec2::ZERO, |(was, is)| was - is);
+        self.pose = zoomed.turned(turn.x, turn.y);
     }
 
-    /// They go to a pose.
+    /// They go to a pose; the height above the ground is what it is there.
     pub(super) fn go(&mut self, to: Pose, now: Instant) {
+        self.eye_height = None;
         self.glide = Some(Glide::new(self.pose, to, now));
     }
 
-    /// They go to a place: onto the ground, or before a wall, which they then face.
-    pub(super) fn go_to(&mut self, place: &Place, now: Instant) {
-        let to = if place.is_level() {
-            let height = self.eye_height.unwrap_or(STANDING);
-            self.eye_height = Some(height);
-            self.pose.at(place.position + DVec3::Z * height)
-        } else {
-            before(place, self.pose)
-        };
-        self.go(to, now);
+    /// They look level.
+    pub(super) fn level(&mut self, now: Instant) {
+        let level = Pose { pitch: 0.0, ..self.pose };
+        self.glide = Some(Glide::new(self.pose, level, now));
+    }
+
+    /// Where they are going, if they go by themselves.
+    pub(super) fn destination(&self) -> Option<Pose> {
+        self.glide.as_ref().map(Glide::end)
+    }
+
+    /// They go to a place on the ground, face a wall, and turn to what is neither.
+    pub(super) fn go_to(&mut self, place: &Place, now: Instant, ground: &Ground) {
+        match place.kind(ground.height(place.position.truncate())) {
+            PlaceKind::Ground => {
+                self.go(self.pose.at(place.position + DVec3::Z * EYE_HEIGHT), now);
+                self.eye_height = Some(EYE_HEIGHT);
+            }
+            PlaceKind::Wall => self.go(before(place, self.pose, ground), now),
+            PlaceKind::Other => self.go(self.pose.facing(place.position), now),
+        }
     }
 
     /// Lets time pass until `now`; whether they move.
@@ -135,7 +162,8 @@ impl Visitor {
         let way = ahead * course.ahead + right * course.right;
         let way = way.normalize_or_zero() * speed * seconds;
         let moved = self.pose.eye + way.extend(0.0);
-        self.pose = self.pose.at(moved).turned(course.turn * TURN * seconds, 0.0);
+        let turn = TURN * seconds * (self.pose.fov_y / WIDE).min(1.0);
+        self.pose = self.pose.at(moved).turned(course.turn * turn, course.tilt * turn);
         self.follow(ground, seconds);
         !self.pose.is_like(&before)
     }
@@ -145,22 +173,11 @@ impl Visitor {
         let Some(height) = ground.height(self.pose.eye.truncate()) else { return };
         let above = self.pose.eye.z - height;
         let Some(eye_height) = self.eye_height else {
-            let walks = (EYE_HEIGHT[0]..=EYE_HEIGHT[1]).contains(&above);
-            self.eye_height = walks.then_some(above);
+            self.eye_height = WALKING.contains(&above).then_some(above);
             return;
         };
         let left = (above - eye_height) * (-FOLLOWING * seconds).exp();
         let left = if left.abs() < 1e-3 { 0.0 } else { left };
         self.pose.eye.z = height + eye_height + left;
     }
-}
-
-/// The pose before a wall from which one looks straight at `place`, as high as now and as far from the
-/// wall's plane: farther off one would stand in the houses across the street.
-fn before(place: &Place, pose: Pose) -> Pose {
-    let out = place.normal.truncate().normalize_or_zero();
-    let distance = (pose.eye - place.position).truncate().dot(out);
-    let distance = distance.clamp(BEFORE_WALL[0], BEFORE_WALL[1]);
-    let eye = (place.position.truncate() + out * distance).extend(pose.eye.z);
-    pose.at(eye).facing(place.position.with_z(pose.eye.z))
 }

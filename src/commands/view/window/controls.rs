@@ -2,16 +2,17 @@
 
 use std::time::Instant;
 
-use flaneur_renderer::Mode;
 use glam::DVec2;
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
-use winit::keyboard::{KeyCode, PhysicalKey};
+use winit::keyboard::PhysicalKey;
 
-use super::App;
-use crate::commands::view::visitor::Step;
+use super::keys::{Stroke, ZOOM, step, stroke};
+use super::{App, layers};
 
 /// So many pixels of a touchpad are a notch of a wheel.
 const PIXELS_A_NOTCH: f64 = 40.0;
+/// No turn of a wheel counts for more notches.
+const MOST_NOTCHES: f64 = 3.0;
 
 impl App {
     /// Does what an event asks for; a panel's pointer is not the picture's.
@@ -22,6 +23,7 @@ impl App {
         match event {
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(event, now),
             WindowEvent::ModifiersChanged(modifiers) => {
+                open.modifiers = modifiers.state();
                 self.visitor.hurry(modifiers.state().shift_key());
             }
             WindowEvent::Focused(false) => {
@@ -36,6 +38,7 @@ impl App {
             }
             WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => {
                 open.panels.shows_hint = false;
+                open.panels.shows_reticle = false;
                 match state {
                     ElementState::Pressed if !of_panel => open.pointer.press(),
                     ElementState::Pressed => {}
@@ -47,10 +50,12 @@ impl App {
                 }
             }
             WindowEvent::MouseWheel { delta, .. } if !of_panel => {
-                self.visitor.zoom(match delta {
+                let notches = match delta {
                     MouseScrollDelta::LineDelta(_, lines) => f64::from(*lines),
                     MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_A_NOTCH,
-                });
+                };
+                let factor = ZOOM.powf(notches.clamp(-MOST_NOTCHES, MOST_NOTCHES));
+                self.visitor.zoom(factor, open.pointer.at(), open.screen.size());
             }
             WindowEvent::DroppedFile(path) => self.open_dropped(path),
             _ => {}
@@ -59,56 +64,52 @@ impl App {
 
     fn key(&mut self, event: &KeyEvent, now: Instant) {
         let PhysicalKey::Code(code) = event.physical_key else { return };
+        let Some(open) = &mut self.open else { return };
         let pressed = event.state == ElementState::Pressed;
+        // Those with Ctrl and the like belong to the desktop.
+        let modifiers = open.modifiers;
+        let of_others = modifiers.control_key() || modifiers.alt_key() || modifiers.super_key();
         if let Some(step) = step(code) {
-            if pressed {
-                self.visitor.press(step, now);
-            } else {
+            if !pressed {
                 self.visitor.release(step);
+            } else if !of_others {
+                self.visitor.press(step, now);
             }
         }
-        let Some(open) = &mut self.open else { return };
-        if !pressed || event.repeat {
+        if !pressed || of_others {
             return;
         }
-        let panels = &mut open.panels;
-        panels.shows_hint = false;
-        match code {
-            KeyCode::KeyO | KeyCode::F1 => panels.shows_figures ^= true,
-            KeyCode::KeyH => panels.shows_help ^= true,
-            KeyCode::Escape => {
-                panels.clear();
-                panels.shows_help = false;
-            }
-            code => self.mode = mode(code).unwrap_or(self.mode),
+        open.panels.shows_hint = false;
+        let stroke = stroke(event.logical_key.as_ref(), code);
+        if let Some(stroke) = stroke.filter(|stroke| !event.repeat || stroke.repeats()) {
+            self.stroke(stroke, now);
         }
     }
-}
 
-fn step(code: KeyCode) -> Option<Step> {
-    Some(match code {
-        KeyCode::KeyW | KeyCode::ArrowUp => Step::Ahead,
-        KeyCode::KeyS | KeyCode::ArrowDown => Step::Back,
-        KeyCode::KeyA => Step::Left,
-        KeyCode::KeyD => Step::Right,
-        KeyCode::ArrowLeft => Step::TurnLeft,
-        KeyCode::ArrowRight => Step::TurnRight,
-        _ => return None,
-    })
-}
-
-fn mode(code: KeyCode) -> Option<Mode> {
-    let digit = match code {
-        KeyCode::Digit1 | KeyCode::Numpad1 => 0,
-        KeyCode::Digit2 | KeyCode::Numpad2 => 1,
-        KeyCode::Digit3 | KeyCode::Numpad3 => 2,
-        KeyCode::Digit4 | KeyCode::Numpad4 => 3,
-        KeyCode::Digit5 | KeyCode::Numpad5 => 4,
-        KeyCode::Digit6 | KeyCode::Numpad6 => 5,
-        KeyCode::Digit7 | KeyCode::Numpad7 => 6,
-        KeyCode::Digit8 | KeyCode::Numpad8 => 7,
-        KeyCode::Digit9 | KeyCode::Numpad9 => 8,
-        _ => return None,
-    };
-    Mode::ALL.get(digit).copied()
+    fn stroke(&mut self, stroke: Stroke, now: Instant) {
+        let Some(open) = &mut self.open else { return };
+        let (panels, size) = (&mut open.panels, open.screen.size());
+        let middle = size.as_dvec2() / 2.0;
+        // Where Enter acts is shown to those who use it.
+        panels.shows_reticle |= matches!(stroke, Stroke::Act | Stroke::Measure);
+        match stroke {
+            Stroke::Act => self.click(middle, false),
+            Stroke::NearestPhotograph => self.find_photograph(self.visitor.pose().eye),
+            Stroke::Level => self.visitor.level(now),
+            Stroke::Zoom(factor) => self.visitor.zoom(factor, middle, size),
+            Stroke::Measure => panels.measuring.toggle(),
+            Stroke::Leave => {
+                panels.measuring.close();
+                panels.clear_message();
+                panels.shows_help = false;
+                panels.shows_reticle = false;
+            }
+            Stroke::Help => panels.shows_help ^= true,
+            Stroke::Figures => panels.shows_figures ^= true,
+            Stroke::Layer(mode) => {
+                self.mode = mode;
+                panels.name_layer(layers::words(mode));
+            }
+        }
+    }
 }

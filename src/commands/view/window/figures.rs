@@ -5,6 +5,7 @@ use std::time::Duration;
 use flaneur_renderer::Mode;
 use flaneur_scene::View;
 
+use super::tape::Reference;
 use crate::commands::view::painter::Shown;
 use crate::commands::view::pose::Pose;
 
@@ -18,7 +19,7 @@ pub(super) struct Facts<'a> {
     /// What the window itself took to draw the last time.
     pub(super) drawing: Duration,
     pub(super) scene: &'a str,
-    pub(super) crs: &'a str,
+    pub(super) reference: &'a Reference,
     pub(super) adapter: &'a str,
 }
 
@@ -60,7 +61,7 @@ pub(super) fn figures(facts: &Facts<'_>) -> Vec<(&'static str, String)> {
     line("looks", format!("{:.1}°, {:+.1}°, {:.1}° high", degrees[0], degrees[1], degrees[2]));
     let size = facts.view.size();
     line("size", format!("{} x {}", size.x, size.y));
-    line("scene", format!("{}, {}", facts.scene, facts.crs));
+    line("scene", format!("{}, {}", facts.scene, facts.reference.crs));
     line("adapter", facts.adapter.to_owned());
     lines
 }

@@ -1,12 +1,18 @@
 //! The window: what people do to it, in; pictures, out.
 
+mod clicks;
 mod controls;
 mod figures;
+mod help;
+mod keys;
+mod layers;
+mod lead;
 mod panels;
 mod picture;
 mod pointer;
-mod reprojection;
+mod ruler;
 mod screen;
+mod tape;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -14,23 +20,26 @@ use std::time::{Duration, Instant};
 use flaneur_renderer::Mode;
 use flaneur_scene::Panorama;
 use flaneur_streamer::{Client, StreamOptions};
-use glam::{DVec2, DVec3, UVec2};
+use glam::{DVec3, UVec2};
 use tokio_util::sync::CancellationToken;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::keyboard::ModifiersState;
 use winit::window::{Window, WindowId};
 
-use super::opened::{Opened, nearest};
-use super::painter::{Click, News, Order, Painter, Shown, Wish};
+use super::opened::Opened;
+use super::painter::{News, Order, Painter, Shown, Wish};
 use super::pose::Pose;
 use super::visitor::Visitor;
 use crate::exit::Exit;
 use figures::Facts;
+use lead::Lead;
 use panels::PanelState;
 use pointer::Pointer;
 use screen::Screen;
+use tape::Reference;
 
 /// While something moves the window is drawn so often.
 const PACE: Duration = Duration::from_millis(16);
@@ -43,7 +52,7 @@ const SMALLEST: PhysicalSize<u32> = PhysicalSize::new(160, 120);
 pub(super) enum Told {
     /// By the painter.
     Painter(News),
-    /// The photograph nearest to what was clicked twice.
+    /// The photograph nearest to where one stands, or clicked twice.
     Photograph(Result<Option<(Panorama, DVec3)>, Exit>),
     /// A scene was dropped onto it and opened.
     Opened(Result<Box<Opened>, Exit>),
@@ -55,7 +64,7 @@ pub(super) enum Told {
 pub(super) struct Scene {
     pub(super) client: Client,
     pub(super) name: String,
-    pub(super) crs: String,
+    pub(super) reference: Reference,
 }
 
 /// A window on a scene.
@@ -81,6 +90,8 @@ pub(super) struct Open {
     screen: Screen,
     panels: PanelState,
     pointer: Pointer,
+    modifiers: ModifiersState,
+    lead: Lead,
     shown: Option<Box<Shown>>,
     moved_at: Instant,
     /// Whether the painter was told that one stands.
@@ -214,14 +225,22 @@ impl App {
             open.moved_at = now;
         }
         open.drawn = Some(pose);
-        let view = pose.view(open.screen.size());
+        open.lead.note(&pose, now);
+        let size = open.screen.size();
+        let view = pose.view(size);
         let rests = now.saturating_duration_since(open.moved_at) >= REST;
         if rests && !open.rests {
             // As --view takes it.
             tracing::debug!(view = %pose, "stands");
         }
         open.rests = rests;
-        self.painter.wish(Wish { view, mode: self.mode, moving: !rests });
+        // The pictures of where one is going are asked for at once.
+        let wished = match self.visitor.destination() {
+            Some(end) => end.view(size),
+            None if rests => view,
+            None => open.lead.view(&pose, size),
+        };
+        self.painter.wish(Wish { view: wished, mode: self.mode, moving: !rests });
         let facts = Facts {
             pose: &pose,
             view: &view,
@@ -229,7 +248,7 @@ impl App {
             shown: open.shown.as_deref(),
             drawing: open.drawing,
             scene: &self.scene.name,
-            crs: &self.scene.crs,
+            reference: &self.scene.reference,
             adapter: &self.adapter,
         };
         let (panels, again) = open.panels.lay_out(&open.window, event_loop, &facts);
@@ -243,6 +262,9 @@ impl App {
 
     fn show(&mut self, mut shown: Box<Shown>) {
         let Some(open) = &mut self.open else { return };
+        if !shown.is_final {
+            open.lead.took(shown.took);
+        }
         open.screen.show(&shown);
         shown.rgba = Vec::new();
         open.shown = Some(shown);
@@ -253,28 +275,6 @@ impl App {
         tracing::warn!("{what}");
         if let Some(open) = &mut self.open {
             open.panels.say(what);
-        }
-    }
-
-    /// Someone clicks at a pixel of what is shown now.
-    fn click(&mut self, pixel: DVec2, double: bool) {
-        let Some(open) = &self.open else { return };
-        let view = self.visitor.pose().view(open.screen.size());
-        self.painter.order(Order::Pick(Box::new(Click { view, pixel, double })));
-    }
-
-    fn picked(&mut self, click: &Click, place: Option<super::place::Place>) {
-        let Some(open) = &mut self.open else { return };
-        open.panels.place.clone_from(&place);
-        if click.double {
-            let near = place.map_or(click.view.eye(), |place| place.position).truncate();
-            let (client, proxy) = (self.scene.client.clone(), self.proxy.clone());
-            tokio::spawn(async move {
-                let found = nearest(&client, near).await;
-                drop(proxy.send_event(Told::Photograph(found)));
-            });
-        } else if let Some(place) = place {
-            self.visitor.go_to(&place, Instant::now());
         }
     }
 
@@ -295,7 +295,8 @@ impl App {
         if let Some(open) = &mut self.open {
             open.screen.clear();
             open.window.set_title(&title(&self.scene.name));
-            open.panels.clear();
+            open.panels.measuring.close();
+            open.panels.clear_message();
             open.shown = None;
         }
     }
@@ -306,7 +307,8 @@ impl Scene {
     pub(super) fn of(opened: &Opened) -> Self {
         let info = opened.streamer.info();
         let client = opened.streamer.client().clone();
-        Self { client, name: info.name.clone(), crs: info.crs.clone() }
+        let (crs, geographic_origin) = (info.crs.clone(), info.geographic_origin);
+        Self { client, name: info.name.clone(), reference: Reference { crs, geographic_origin } }
     }
 }
 
@@ -331,6 +333,8 @@ fn open(event_loop: &ActiveEventLoop, scene: &str, size: UVec2) -> anyhow::Resul
         screen,
         panels,
         pointer: Pointer::default(),
+        modifiers: ModifiersState::empty(),
+        lead: Lead::new(),
         shown: None,
         moved_at: now.checked_sub(REST).unwrap_or(now),
         rests: false,

@@ -1,40 +1,22 @@
-//! What lies over the picture: figures, help, the place that was clicked, messages.
+//! What lies over the picture: figures, help, the tape, messages.
 
 use std::time::{Duration, Instant};
 
-use egui::{Align2, Color32, Stroke};
-use flaneur_scene::View;
+use egui::Align2;
 use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
 use super::figures::{Facts, figures};
-use super::screen;
-use crate::commands::view::place::Place;
-
-/// What can be done, and how.
-const HELP: [(&str, &str); 11] = [
-    ("drag", "look around"),
-    ("wheel", "zoom"),
-    ("W A S D", "walk; with Shift, run"),
-    ("arrows", "walk and turn"),
-    ("click the ground", "go there"),
-    ("click a wall", "face it"),
-    ("double click", "go to the nearest photograph"),
-    (
-        "1 to 9",
-        "hybrid, mesh, points, points-colour, wireframe, depth, normals, sources, uncertainty",
-    ),
-    ("drop a scene", "open it"),
-    ("O or F1", "figures"),
-    ("H", "this help"),
-];
-const HINT: &str = "H: help   O: figures";
+use super::help::{HELP, HINT};
+use super::{ruler, screen, tape};
+use crate::commands::view::measuring::Measuring;
 
 /// Margin of what stands at the window's borders, points.
 const MARGIN: f32 = 10.0;
-/// How long a message stands.
+/// How long a message stands, and the name of what is shown from now on.
 const MESSAGE: Duration = Duration::from_secs(8);
+const NAME: Duration = Duration::from_secs(3);
 
 /// The panels, and the library that draws them.
 pub(super) struct PanelState {
@@ -44,9 +26,10 @@ pub(super) struct PanelState {
     pub(super) shows_help: bool,
     /// Until someone does something.
     pub(super) shows_hint: bool,
-    /// What was clicked.
-    pub(super) place: Option<Place>,
-    /// What went wrong, and when.
+    /// Where Enter acts.
+    pub(super) shows_reticle: bool,
+    pub(super) measuring: Measuring,
+    /// What went wrong, or is shown, and until when that stands.
     message: Option<(String, Instant)>,
 }
 
@@ -64,19 +47,25 @@ impl PanelState {
             shows_figures: false,
             shows_help: false,
             shows_hint: true,
-            place: None,
+            shows_reticle: false,
+            measuring: Measuring::default(),
             message: None,
         }
     }
 
     /// Says something for a while.
     pub(super) fn say(&mut self, what: String) {
-        self.message = Some((what, Instant::now()));
+        self.message = Some((what, Instant::now() + MESSAGE));
     }
 
-    /// Says nothing any more, and marks no place.
-    pub(super) fn clear(&mut self) {
-        (self.place, self.message) = (None, None);
+    /// Says what is shown from now on.
+    pub(super) fn name_layer(&mut self, what: &str) {
+        self.message = Some((what.to_owned(), Instant::now() + NAME));
+    }
+
+    /// Says nothing any more.
+    pub(super) fn clear_message(&mut self) {
+        self.message = None;
     }
 
     /// Takes note of an event; whether it belongs to a panel.
@@ -108,23 +97,26 @@ impl PanelState {
     }
 
     fn show(&mut self, context: &egui::Context, facts: &Facts<'_>) {
-        if let Some(place) = &self.place {
-            mark(context, place, facts.view);
-            let text = format!("{place}   {}", facts.crs);
-            label(context, "place", Align2::CENTER_BOTTOM, &text);
+        ruler::draw(context, &self.measuring, facts.view);
+        if self.shows_reticle {
+            ruler::draw_reticle(context);
         }
-        if self.shows_hint {
+        if self.measuring.is_on() {
+            context.set_cursor_icon(egui::CursorIcon::Crosshair);
+            self.show_tape(context, facts);
+        }
+        if self.shows_hint && !self.measuring.is_on() {
             label(context, "hint", Align2::LEFT_BOTTOM, HINT);
         }
         if let Some(loading) = facts.loading() {
             label(context, "loading", Align2::RIGHT_BOTTOM, &loading);
         }
-        if let Some((message, since)) = &self.message {
+        let now = Instant::now();
+        self.message.take_if(|(_, until)| *until <= now);
+        if let Some((message, until)) = &self.message {
             label(context, "message", Align2::CENTER_TOP, message);
-            match MESSAGE.checked_sub(since.elapsed()) {
-                Some(left) => context.request_repaint_after(left.min(MESSAGE / 2)),
-                None => self.message = None,
-            }
+            let left = until.saturating_duration_since(now);
+            context.request_repaint_after(left.min(MESSAGE / 2));
         }
         if self.shows_figures {
             table(context, "figures", Align2::LEFT_TOP, &mut self.shows_figures, &figures(facts));
@@ -132,6 +124,20 @@ impl PanelState {
         if self.shows_help {
             let lines = HELP.map(|(what, how)| (what, how.to_owned()));
             table(context, "help", Align2::RIGHT_TOP, &mut self.shows_help, &lines);
+        }
+    }
+
+    fn show_tape(&mut self, context: &egui::Context, facts: &Facts<'_>) {
+        let mut open = true;
+        let window = egui::Window::new("measure").open(&mut open).collapsible(false);
+        let side = Align2::LEFT_BOTTOM;
+        window.resizable(false).anchor(side, inward(side)).show(context, |ui| {
+            for line in tape::lines(&self.measuring, facts.reference) {
+                ui.add(egui::Label::new(line).extend());
+            }
+        });
+        if !open {
+            self.measuring.close();
         }
     }
 }
@@ -167,14 +173,4 @@ fn table(
 /// From a side of the window towards its middle.
 fn inward(side: Align2) -> [f32; 2] {
     side.0.map(|align| MARGIN * -align.to_sign())
-}
-
-/// A ring about a place, where the view shows it.
-fn mark(context: &egui::Context, place: &Place, view: &View) {
-    let Some((pixel, _)) = view.camera.project(place.position) else { return };
-    let at = (pixel / f64::from(context.pixels_per_point())).as_vec2();
-    let painter = context.layer_painter(egui::LayerId::background());
-    let at = egui::pos2(at.x, at.y);
-    painter.circle_stroke(at, 7.0, Stroke::new(3.0, Color32::from_black_alpha(160)));
-    painter.circle_stroke(at, 7.0, Stroke::new(1.5, Color32::WHITE));
 }

@@ -60,6 +60,11 @@ impl Pointer {
         Some(Clicked { at: held.from, double })
     }
 
+    /// Where it is, pixels.
+    pub(super) fn at(&self) -> DVec2 {
+        self.at
+    }
+
     /// It leaves with its button down.
     pub(super) fn lose(&mut self) {
         self.held = None;
