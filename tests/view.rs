@@ -200,19 +200,27 @@ fn one_walks_about_a_street() {
     let there = window.stands("where one clicked");
     let gone = way(&ahead, &there);
     let distance = gone[0].hypot(gone[1]);
-    // The eye is some two metres above the road, and the pixel 25 degrees below the horizon.
-    assert!((2.0..12.0).contains(&distance) && gone[2].abs() < 1.0, "{gone:?}");
+    // The pixel is 25 degrees below the horizon; where it shows the road one stands with one's eyes 1.6 m
+    // above it.
+    let focal = 180.0 / 30f64.to_radians().tan();
+    let below = |row: f64| (((row - 180.0) / focal).atan() + 4f64.to_radians()).tan();
+    assert!((2.0..12.0).contains(&distance), "{gone:?}");
+    assert!((gone[2] - (1.6 - distance * below(300.0))).abs() < 0.1, "{gone:?}");
     assert!(there.ends_with("35.000,-4.000"), "{there}");
     screen.act(&["key", "Escape"]);
     await_picture(&screen, &darkroom.picture(&there, "hybrid"), "the street where one clicked");
 
-    // Two clicks measure the road ahead: the eye is 1.6 m above it, and looks four degrees down.
-    screen.act(&["key", "m", "mousemove", "320", "240", "click", "1"]);
-    screen.act(&["mousemove", "320", "290", "click", "1"]);
-    let measured = window.logs("measured", "on the road")["distance_m"].as_f64().expect("metres");
-    let focal = 180.0 / 30f64.to_radians().tan();
-    let off = |row: f64| 1.6 / (((row - 180.0) / focal).atan() + 4f64.to_radians()).tan();
-    assert!((measured - (off(240.0) - off(290.0))).abs() < 0.15, "{measured}");
+    // Two clicks measure across the road ahead.
+    screen.act(&["key", "m", "mousemove", "240", "290", "click", "1"]);
+    screen.act(&["mousemove", "400", "290", "click", "1"]);
+    let measured = window.logs("measured", "across the road")["distance_m"].as_f64();
+    let measured = measured.expect("metres");
+    // So wide at the depth where the ray meets the road, which rises by some two in a hundred and was
+    // surveyed to some centimetres.
+    let down = (110.0 / focal) * 4f64.to_radians().cos() + 4f64.to_radians().sin();
+    let across = |height: f64, rise: f64| 160.0 / focal * height / (down + rise);
+    let [least, most] = [across(1.55, 0.03), across(1.65, 0.0)];
+    assert!((least..most).contains(&measured), "{measured}, not {least} to {most}");
     screen.act(&["key", "Escape"]);
 
     // Level, up, and level again.

@@ -75,7 +75,7 @@ mod tests {
         assert_eq!(metres(1.23456), "1.235 m");
         assert_eq!([-0.5, 0.5].map(signed_metres), ["\u{2212}0.500 m", "+0.500 m"]);
         assert_eq!([0.012, 0.25, 2.345].map(plus_minus), ["± 12 mm", "± 25 cm", "± 2.3 m"]);
-        let place = DVec3::new(651_507.5, 6_861_077.12345, -4.0);
+        let place = DVec3::new(651_507.5, 6_861_077.123_45, -4.0);
         assert_eq!(coordinates(place), "651507.500, 6861077.123, -4.000");
     }
 }

@@ -21,6 +21,11 @@ const APPLYING: Duration = Duration::from_millis(20);
 /// everything is there by then, and the frame is the final one.
 const SETTLING: Duration = Duration::from_millis(300);
 
+/// So many frames are drawn for nobody once there is nothing else to do, as if one moved: the first has
+/// the driver compile what it takes, the others tell the budget what this machine can do. Else whoever
+/// moves first would wait.
+const REHEARSALS: u32 = 3;
+
 /// A renderer, what feeds it, and what was drawn last.
 pub(super) struct Work {
     gpu: Gpu,
@@ -38,6 +43,9 @@ pub(super) struct Work {
     drawn: Option<(Wish, bool)>,
     /// How long it took.
     drawing: Duration,
+    /// Frames that were drawn for nobody, and whether the last of all was one.
+    rehearsed: u32,
+    rehearses: bool,
 }
 
 impl Work {
@@ -60,6 +68,8 @@ impl Work {
             news: false,
             drawn: None,
             drawing: Duration::ZERO,
+            rehearsed: 0,
+            rehearses: false,
         }
     }
 
@@ -85,6 +95,11 @@ impl Work {
                 if wishes.has_changed().is_err() {
                     return Ok(());
                 }
+                continue;
+            }
+            if self.has_leisure() {
+                self.rehearse(tell)?;
+                tokio::task::yield_now().await;
                 continue;
             }
             let (coarse, settled) = (self.is_coarse(), self.settled_at().into());
@@ -193,6 +208,28 @@ impl Work {
         }
     }
 
+    /// Whether the final frame is drawn, and there is something to rehearse.
+    fn has_leisure(&self) -> bool {
+        self.rehearsed < REHEARSALS && self.drawn.is_some_and(|(_, is_final)| is_final)
+    }
+
+    /// Draws as if one moved, for nobody.
+    fn rehearse(&mut self, tell: &impl Fn(News)) -> Result<(), Exit> {
+        let Some((wish, _)) = self.drawn else { return Ok(()) };
+        self.rehearsed += 1;
+        self.rehearses = true;
+        let base = FrameBudget::most_exact(self.options.settings);
+        self.renderer.set_settings(self.budget.settings(base));
+        let began = Instant::now();
+        if let Err(error) = self.renderer.render_as(&wish.view, wish.mode) {
+            return survive(error, tell);
+        }
+        if self.rehearsed > 1 {
+            self.budget.observe(began.elapsed());
+        }
+        Ok(())
+    }
+
     /// Draws what is there: as fine as time allows while the view moves, else as it can be.
     fn draw(&mut self, tell: &impl Fn(News)) -> Result<(), Exit> {
         let Some(wish) = self.wish else { return Ok(()) };
@@ -208,7 +245,7 @@ impl Work {
         }
         let began = Instant::now();
         let drawn = self.renderer.render_as(&wish.view, wish.mode);
-        self.news = false;
+        (self.news, self.rehearses) = (false, false);
         self.drawn = Some((wish, is_final));
         let frame = match drawn {
             Ok(frame) => frame,
@@ -236,12 +273,13 @@ impl Work {
     /// What a click met.
     fn pick(&mut self, click: &Click) -> Result<Option<Place>, Exit> {
         let shows = |(drawn, _): (Wish, bool)| drawn.view == click.view;
-        if !self.drawn.is_some_and(shows) {
-            let settings = self.renderer.settings();
+        if self.rehearses || !self.drawn.is_some_and(shows) {
+            let settings = self.options.settings;
             self.renderer.set_settings(Settings { infer: false, align: false, ..settings });
             self.renderer.render_as(&click.view, Mode::Depth)?;
             self.renderer.set_settings(settings);
-            self.drawn = None;
+            self.drawn = self.drawn.filter(|drawn| shows(*drawn));
+            self.rehearses = false;
         }
         Ok(self.renderer.pick(click.pixel)?.map(Place::from))
     }

@@ -80,7 +80,7 @@ impl App {
             return;
         }
         open.panels.shows_hint = false;
-        let stroke = stroke(event.logical_key.as_ref(), code);
+        let stroke = stroke(&event.logical_key.as_ref(), code);
         if let Some(stroke) = stroke.filter(|stroke| !event.repeat || stroke.repeats()) {
             self.stroke(stroke, now);
         }

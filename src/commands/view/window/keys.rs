@@ -33,8 +33,8 @@ impl Stroke {
 }
 
 /// What a stroke does: by what is written on the key, and for digits by its place.
-pub(super) fn stroke(key: Key<&str>, code: KeyCode) -> Option<Stroke> {
-    Some(match key {
+pub(super) fn stroke(key: &Key<&str>, code: KeyCode) -> Option<Stroke> {
+    Some(match *key {
         Key::Named(NamedKey::Enter | NamedKey::Space) => Stroke::Act,
         Key::Named(NamedKey::Home) => Stroke::Level,
         Key::Named(NamedKey::Escape) => Stroke::Leave,
@@ -86,8 +86,8 @@ mod tests {
 
     #[test]
     fn keys_mean_what_they_mean_on_the_page() {
-        let typed = |text| stroke(Key::Character(text), KeyCode::KeyX);
-        let named = |name| stroke(Key::Named(name), KeyCode::F24);
+        let typed = |text| stroke(&Key::Character(text), KeyCode::KeyX);
+        let named = |name| stroke(&Key::Named(name), KeyCode::F24);
         let strokes = [
             (named(NamedKey::Enter), Stroke::Act),
             (named(NamedKey::Space), Stroke::Act),
@@ -113,13 +113,13 @@ mod tests {
     #[test]
     fn digits_choose_layers_whatever_is_written_on_them() {
         // As on a French keyboard.
-        let fourth = stroke(Key::Character("'"), KeyCode::Digit4);
+        let fourth = stroke(&Key::Character("'"), KeyCode::Digit4);
         assert_eq!(fourth, Some(Stroke::Layer(Mode::Sources)));
-        let fifth = stroke(Key::Character("5"), KeyCode::Numpad5);
+        let fifth = stroke(&Key::Character("5"), KeyCode::Numpad5);
         assert_eq!(fifth, Some(Stroke::Layer(Mode::Uncertainty)));
         // There the minus is on the six: what is written counts first.
-        assert!(matches!(stroke(Key::Character("-"), KeyCode::Digit6), Some(Stroke::Zoom(_))));
-        assert_eq!(stroke(Key::Character("0"), KeyCode::Digit0), None);
+        assert!(matches!(stroke(&Key::Character("-"), KeyCode::Digit6), Some(Stroke::Zoom(_))));
+        assert_eq!(stroke(&Key::Character("0"), KeyCode::Digit0), None);
     }
 
     #[test]

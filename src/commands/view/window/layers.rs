@@ -22,7 +22,7 @@ pub(super) fn words(mode: Mode) -> &'static str {
         Mode::Mesh => "Mesh alone, coloured by the photographs",
         Mode::Points => "Points alone, coloured by the photographs",
         Mode::Sources => "Sources: each photograph has a colour of its own",
-        Mode::Uncertainty => "Uncertainty: how far the shown surface may be off",
+        Mode::Uncertainty => "Uncertainty: green 1 cm, yellow 10 cm, red 1 m; violet: inferred",
         Mode::PointsColour => "Point colours: the points in their own colours",
         Mode::Wireframe => "Wireframe: no photographs, and the edges of the mesh",
         Mode::Depth => "Depth along the line of sight: white is near",

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use egui::Align2;
+use egui::{Align2, Color32, TextStyle, TextWrapMode};
 use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
@@ -14,6 +14,8 @@ use crate::commands::view::measuring::Measuring;
 
 /// Margin of what stands at the window's borders, points.
 const MARGIN: f32 = 10.0;
+/// Height of a line of text with its frame, points.
+const LINE: f32 = 36.0;
 /// How long a message stands, and the name of what is shown from now on.
 const MESSAGE: Duration = Duration::from_secs(8);
 const NAME: Duration = Duration::from_secs(3);
@@ -37,6 +39,8 @@ impl PanelState {
     /// None but the hint.
     pub(super) fn new(window: &Window, max_side: u32) -> Self {
         let context = egui::Context::default();
+        context.set_theme(egui::Theme::Dark);
+        context.all_styles_mut(make_legible);
         let side = usize::try_from(max_side).ok();
         let (root, scale, theme) =
             (egui::ViewportId::ROOT, window.scale_factor() as f32, window.theme());
@@ -103,7 +107,9 @@ impl PanelState {
         }
         if self.measuring.is_on() {
             context.set_cursor_icon(egui::CursorIcon::Crosshair);
-            self.show_tape(context, facts);
+            // Where nobody clicks: the ground is below.
+            let lines = tape::lines(&self.measuring, facts.reference);
+            label(context, "tape", Align2::RIGHT_TOP, &lines.join("\n"));
         }
         if self.shows_hint && !self.measuring.is_on() {
             label(context, "hint", Align2::LEFT_BOTTOM, HINT);
@@ -114,7 +120,7 @@ impl PanelState {
         let now = Instant::now();
         self.message.take_if(|(_, until)| *until <= now);
         if let Some((message, until)) = &self.message {
-            label(context, "message", Align2::CENTER_TOP, message);
+            label(context, "message", Align2::CENTER_BOTTOM, message);
             let left = until.saturating_duration_since(now);
             context.request_repaint_after(left.min(MESSAGE / 2));
         }
@@ -123,30 +129,37 @@ impl PanelState {
         }
         if self.shows_help {
             let lines = HELP.map(|(what, how)| (what, how.to_owned()));
-            table(context, "help", Align2::RIGHT_TOP, &mut self.shows_help, &lines);
-        }
-    }
-
-    fn show_tape(&mut self, context: &egui::Context, facts: &Facts<'_>) {
-        let mut open = true;
-        let window = egui::Window::new("measure").open(&mut open).collapsible(false);
-        let side = Align2::LEFT_BOTTOM;
-        window.resizable(false).anchor(side, inward(side)).show(context, |ui| {
-            for line in tape::lines(&self.measuring, facts.reference) {
-                ui.add(egui::Label::new(line).extend());
-            }
-        });
-        if !open {
-            self.measuring.close();
+            table(context, "help", Align2::CENTER_CENTER, &mut self.shows_help, &lines);
         }
     }
 }
 
-/// A line of text on the picture.
+/// Letters that are read before a street: light ones, and large enough.
+fn make_legible(style: &mut egui::Style) {
+    style.visuals.override_text_color = Some(Color32::from_gray(235));
+    for (kind, font) in &mut style.text_styles {
+        font.size = match kind {
+            TextStyle::Heading => 16.0,
+            TextStyle::Monospace => 13.0,
+            _ => 14.0,
+        };
+    }
+}
+
+/// Text on the picture, in as few lines as fit. Whoever clicks there clicks the picture.
 fn label(context: &egui::Context, id: &str, side: Align2, text: &str) {
     let area = egui::Area::new(egui::Id::unique(id)).interactable(false);
-    area.anchor(side, inward(side)).show(context, |ui| {
-        egui::Frame::popup(ui.style()).show(ui, |ui| ui.add(egui::Label::new(text).extend()));
+    let mut inward = egui::Vec2::from(inward(side));
+    if side == Align2::CENTER_BOTTOM {
+        // Above those in the corners.
+        inward.y -= LINE;
+    }
+    let widest = context.content_rect().width() - 4.0 * MARGIN;
+    area.anchor(side, inward).show(context, |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.set_max_width(widest);
+            ui.add(egui::Label::new(text).wrap_mode(TextWrapMode::Wrap));
+        });
     });
 }
 

@@ -13,7 +13,7 @@ mod gpu_data {
     pub(super) struct Screen {
         pub(super) columns: [[f32; 4]; 3],
         pub(super) size: [f32; 2],
-        pub(super) padding: [f32; 2],
+        pub(super) window: [f32; 2],
     }
 }
 
@@ -92,21 +92,21 @@ impl Drawing {
         Layer { size, texture, uniforms, bind_group }
     }
 
-    /// Draws one whose frame, `size` pixels large, sees a pixel of the target where `frame_from_screen`
-    /// puts it.
+    /// Draws one whose frame sees a pixel of the target where `frame_from_screen` puts it; the sizes of
+    /// frame and target, pixels.
     pub(super) fn draw(
         &self,
         queue: &wgpu::Queue,
         pass: &mut wgpu::RenderPass<'_>,
         layer: &Layer,
         frame_from_screen: &DMat3,
-        size: UVec2,
+        [size, window]: [UVec2; 2],
     ) {
         let column = |index: usize| frame_from_screen.col(index).as_vec3().extend(0.0).to_array();
         let uniforms = gpu_data::Screen {
             columns: [column(0), column(1), column(2)],
             size: size.as_vec2().to_array(),
-            padding: [0.0; 2],
+            window: window.as_vec2().to_array(),
         };
         queue.write_buffer(&layer.uniforms, 0, bytemuck::bytes_of(&uniforms));
         pass.set_pipeline(&self.pipeline);

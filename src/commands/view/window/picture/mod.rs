@@ -87,11 +87,12 @@ impl Picture {
         let filling =
             with_maps().rposition(|(frame, map)| covers(map, frame.layer.size, screen.size()));
         if let (None, Some((newest, map))) = (filling, with_maps().next_back()) {
-            let size = newest.layer.size;
-            self.backdrop.draw(queue, pass, &self.colours, &map.inverse(), size);
+            let sizes = [newest.layer.size, screen.size()];
+            self.backdrop.draw(queue, pass, &self.colours, &map.inverse(), sizes);
         }
         for (frame, map) in with_maps().skip(filling.unwrap_or(0)) {
-            self.frame.draw(queue, pass, &frame.layer, &map.inverse(), frame.layer.size);
+            let sizes = [frame.layer.size, screen.size()];
+            self.frame.draw(queue, pass, &frame.layer, &map.inverse(), sizes);
         }
     }
 }

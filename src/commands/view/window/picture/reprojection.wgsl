@@ -5,7 +5,8 @@ struct Screen {
     columns: array<vec4<f32>, 3>,
     // Of the frame, pixels.
     size: vec2<f32>,
-    padding: vec2<f32>,
+    // Of the window, pixels.
+    window: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> screen: Screen;
