@@ -42,7 +42,7 @@ pub(super) fn sort(wants: &mut Vec<Want>, order: Order) {
     let mut sequence: Vec<usize> = match order {
         Order::ExpectedError => {
             let jobs = wants.iter().zip(&after).map(|(want, &after)| Job {
-                gain: if want.part.is_survey() { f64::MAX } else { want.gain },
+                gain: want.gain,
                 cost: want.bytes.max(1) as f64,
                 after,
             });

@@ -23,6 +23,14 @@ pub(super) fn of_image(image: &WantedImage, from: Option<u32>, to: u32) -> f64 {
     }
 }
 
+/// Of knowing the panoramas of a district `distance_m` away, where the nearest one that is known is
+/// `nearest_m` from the eye: were there one, it would decide of the picture what two photographs at these
+/// distances share by their squares.
+pub(super) fn of_district(distance_m: f64, nearest_m: f64) -> f64 {
+    let near = nearest_m.max(1.0).powi(2);
+    near / (near + distance_m.powi(2)) * FIRST_OCTAVES
+}
+
 /// Of a tile of mesh `distance_m` away: the share of the picture that it covers, as a front of a
 /// street does.
 pub(super) fn of_tile(distance_m: f64, view: &View) -> f64 {

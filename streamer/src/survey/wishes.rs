@@ -9,7 +9,9 @@ use flaneur_scene::{IdError, ImageId, PointNodeId, StoredImage, TileLayer};
 use super::node_gains::of_nodes;
 use super::{Candidates, Survey, gain};
 use crate::ViewRequest;
-use crate::choose::{WantedImage, WantedNode, choose_nodes, choose_photographs, choose_tiles};
+use crate::choose::{
+    WantedImage, WantedNode, choose_nodes, choose_photographs, choose_tiles, district_bounds,
+};
 use crate::plan::{Part, Stage, Want, Wishes};
 use crate::sight::Sight;
 
@@ -25,6 +27,8 @@ const LEAST_GROUND_BYTES: u64 = 64;
 /// What a tile of mesh gains that the view does not see, as a share: it hides things from
 /// photographs.
 const UNSEEN_TILE: f64 = 0.02;
+/// What it gains to know what there is: more than anything that is shown.
+const KNOWING: f64 = f64::MAX;
 /// Mesh in sight within this distance belongs to a complete picture, metres.
 const FIRST_MESH_M: f64 = 120.0;
 
@@ -121,21 +125,17 @@ impl<'a> List<'a> {
     }
 
     fn districts(&mut self, candidates: &Candidates) {
-        let missing = [
-            (Stage::First, &candidates.missing_around),
-            (Stage::Detail, &candidates.missing_beyond),
-        ];
-        for (stage, districts) in missing {
-            for &district in districts {
-                self.want(
-                    Part::Panoramas(district),
-                    Target::Named,
-                    stage,
-                    PANORAMAS_BYTES,
-                    0.0,
-                    0.0,
-                );
-            }
+        for &district in &candidates.missing_around {
+            let part = Part::Panoramas(district);
+            self.want(part, Target::Named, Stage::First, PANORAMAS_BYTES, KNOWING, 0.0);
+        }
+        let eye = self.request.view.eye().truncate();
+        let nearest_m = candidates.nearest_m(eye);
+        for &district in &candidates.missing_beyond {
+            let distance_m = district_bounds(district).distance(eye);
+            let gain = nearest_m.map_or(KNOWING, |m| gain::of_district(distance_m, m));
+            let part = Part::Panoramas(district);
+            self.want(part, Target::Named, Stage::Detail, PANORAMAS_BYTES, gain, distance_m);
         }
     }
 
@@ -180,7 +180,7 @@ impl<'a> List<'a> {
             if !self.survey.masks.contains_key(&name) {
                 let key = image.key(0, v1::ImageLayer::Mask);
                 let target = Target::Mask(key, mask.image);
-                self.want(Part::Mask(name), target, first_stage, mask.image.bytes, 0.0, 0.0);
+                self.want(Part::Mask(name), target, first_stage, mask.image.bytes, KNOWING, 0.0);
             }
         }
         let photographs: Arc<[ImageId]> =
@@ -209,7 +209,7 @@ impl<'a> List<'a> {
         let sources = &survey.scene.point_sources;
         let chosen = choose_nodes(&survey.hierarchy, sources, self.request, held);
         for page in chosen.missing {
-            self.want(Part::Page(page), Target::Named, Stage::Detail, PAGE_BYTES, 0.0, 0.0);
+            self.want(Part::Page(page), Target::Named, Stage::Detail, PAGE_BYTES, KNOWING, 0.0);
         }
         let baseline_m = candidates.nearest_m(self.request.view.eye().truncate());
         let (view, sight) = (&self.request.view, &self.sight);
@@ -220,7 +220,7 @@ impl<'a> List<'a> {
                 && !self.targets.contains_key(&Part::Stations(source))
             {
                 let part = Part::Stations(source);
-                self.want(part, Target::Named, Stage::Detail, PAGE_BYTES, 0.0, 0.0);
+                self.want(part, Target::Named, Stage::Detail, PAGE_BYTES, KNOWING, 0.0);
             }
             self.wishes.nodes.insert(wanted.id);
             let bytes = u64::from(wanted.node.byte_size);
