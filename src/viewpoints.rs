@@ -100,7 +100,8 @@ impl Viewpoint {
         let between = |a: f64, b: f64| a + share * (b - a);
         let heading = self.heading_deg + share * short_way(self.heading_deg, other.heading_deg);
         Self {
-            eye: self.eye.lerp(other.eye, share),
+            // Not `lerp`, which wavers by an ulp between equal ends: who stands would move.
+            eye: self.eye + share * (other.eye - self.eye),
             heading_deg: heading.rem_euclid(360.0),
             pitch_deg: between(self.pitch_deg, other.pitch_deg),
             fov_deg: self.fov_deg.zip(other.fov_deg).map(|(a, b)| between(a, b)),
@@ -255,6 +256,10 @@ mod tests {
         let (a, b) =
             (view(350.0, 0.0), Viewpoint { eye: DVec3::new(3.0, 4.0, 2.0), ..view(30.0, -10.0) });
         assert_eq!(a.way_to(&b), (5.0, 40.0));
+        let far: Viewpoint = "651486.525,6861042.002,42.982,34.95,3".parse().expect("a view");
+        for share in (0..1000).map(|share| f64::from(share) / 1000.0) {
+            assert_eq!(far.towards(&far, share), far, "who stands stands");
+        }
         let quarter = a.towards(&b, 0.25);
         assert_eq!((quarter.eye, quarter.heading_deg), (DVec3::new(0.75, 1.0, 2.0), 0.0));
         assert_eq!((quarter.pitch_deg, quarter.fov_deg), (-2.5, Some(60.0)));

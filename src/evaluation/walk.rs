@@ -27,7 +27,8 @@ pub(crate) struct Report {
     /// Bytes of all messages received, without what HTTP/2 and TCP add.
     pub(crate) bytes: u64,
     /// Bytes of those that no frame ever showed: of what was given up before it was whole, of what was
-    /// damaged or came twice, and of what was not wanted any more when it came and never was again.
+    /// damaged or came twice, and of what was not wanted any more when it came and never was again. With
+    /// what the connection carried beside messages: parts that a request's end cut off, and what HTTP/2 adds.
     pub(crate) bytes_wasted: u64,
     /// Share of the tiles, images and nodes asked for that a cache held.
     pub(crate) cache_hit_rate: f64,

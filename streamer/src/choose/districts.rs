@@ -42,16 +42,23 @@ pub(crate) fn districts_in(region: &Bounds2, scene: &Bounds2) -> Vec<District> {
 }
 
 /// The panoramas that stand for the districts around `eye`, by name: of each the nearest to its
-/// centre.
-pub(super) fn representatives(panoramas: &[Arc<Panorama>], eye: DVec2) -> BTreeSet<String> {
+/// centre. Those that `favour` makes more of than 1 stay so many times farther away.
+pub(super) fn representatives(
+    panoramas: &[Arc<Panorama>],
+    eye: DVec2,
+    favour: &dyn Fn(&Panorama) -> f64,
+) -> BTreeSet<String> {
     let around: BTreeSet<District> = districts_around(eye).into_iter().collect();
     let mut nearest: BTreeMap<District, (f64, &str)> = BTreeMap::new();
     for panorama in panoramas {
         let at = panorama.position.truncate();
-        let Some(district) = district_of(at).filter(|district| around.contains(district)) else {
-            continue;
-        };
+        let Some(district) = district_of(at) else { continue };
         let bounds = district_bounds(district);
+        let favour = favour(panorama);
+        let stays = favour > 1.0 && bounds.distance(eye) <= favour * DISTRICT_M;
+        if !stays && !around.contains(&district) {
+            continue;
+        }
         let candidate = (at.distance(bounds.min.midpoint(bounds.max)), panorama.id.as_str());
         let best = nearest.entry(district).or_insert(candidate);
         if candidate.0.total_cmp(&best.0).then(candidate.1.cmp(best.1)).is_lt() {
@@ -87,9 +94,12 @@ mod tests {
             panorama("next", at(-1.0, 10.0)),
             panorama("two on", at(110.0, 10.0)),
         ];
-        let chosen = representatives(&all, at(10.0, 10.0));
+        let chosen = representatives(&all, at(10.0, 10.0), &|_| 1.0);
         assert_eq!(chosen.iter().collect::<Vec<_>>(), ["here, at its centre", "next"]);
-        assert!(representatives(&all, DVec2::NAN).is_empty());
+        let held = |panorama: &Panorama| if panorama.id == "two on" { 1.25 } else { 1.0 };
+        assert_eq!(representatives(&all, at(39.0, 10.0), &held).len(), 3, "it stays for 61 m");
+        assert_eq!(representatives(&all, at(37.0, 10.0), &held).len(), 2);
+        assert!(representatives(&all, DVec2::NAN, &|_| 1.0).is_empty());
     }
 
     #[test]

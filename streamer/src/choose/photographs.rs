@@ -87,20 +87,22 @@ impl WantedImage {
 /// Where the levels wanted hold more than [`FetchLimits::image_pixels`], all are taken coarser
 /// alike, and the farthest left out where that does not help. Last come those of the panoramas that
 /// stand for the districts around the eye, at their first level. What is wanted does not depend on
-/// `sight`, which says what of it matters most.
+/// `sight`, which says what of it matters most. A panorama counts as if it were `favour` times nearer than
+/// it is: what is held stays while the view wavers.
 pub(crate) fn choose_photographs(
     panoramas: Vec<Arc<Panorama>>,
     view: &View,
     sight: &Sight,
     limits: &FetchLimits,
     excluded: &(dyn Fn(&ImageId) -> bool + Send + Sync),
+    favour: &dyn Fn(&Panorama) -> f64,
 ) -> Result<Vec<WantedImage>, IdError> {
     let mut panoramas = panoramas;
-    let distance = |p: &Panorama| p.position.distance_squared(view.eye());
+    let distance = |p: &Panorama| p.position.distance(view.eye()) / favour(p);
     panoramas.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.id.cmp(&b.id)));
     let mut names = BTreeSet::new();
     panoramas.retain(|panorama| names.insert(panorama.id.clone()));
-    let standing: BTreeSet<String> = representatives(&panoramas, view.eye().truncate());
+    let standing: BTreeSet<String> = representatives(&panoramas, view.eye().truncate(), favour);
     let samples = Samples::anywhere(view);
     let (mut wanted, mut coarse, mut rigs) = (Vec::new(), Vec::new(), 0);
     for panorama in panoramas {

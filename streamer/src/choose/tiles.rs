@@ -1,5 +1,7 @@
 //! The base mesh: which tiles, how coarse, and which footprint belongs to which.
 
+use std::collections::BTreeSet;
+
 use flaneur_scene::{Bounds2, Bounds3, Footprint, SceneInfo, TileKey, TileLayer};
 use glam::DVec2;
 
@@ -16,6 +18,9 @@ const MAX_STEP: u32 = 8;
 /// store has is not asked for.
 const GROUND_CELLS: f64 = 64.0;
 
+/// Most tiles of terrain along a view's reach: what a scene says of itself may be anything.
+const MOST_TILES: f64 = 256.0;
+
 /// A tile of mesh that a view wants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TileChoice {
@@ -29,10 +34,16 @@ pub(crate) struct TileChoice {
     pub(crate) seen: bool,
 }
 
-/// The tiles of terrain and buildings that a view wants, nearest first.
-pub(crate) fn choose_tiles(scene: &SceneInfo, request: &ViewRequest) -> Vec<TileChoice> {
+/// The tiles of terrain and buildings that a view wants, nearest first. Those that are `held` stay up to
+/// [`ViewRequest::steadiness`] times as far away.
+pub(crate) fn choose_tiles(
+    scene: &SceneInfo,
+    request: &ViewRequest,
+    held: &BTreeSet<TileKey>,
+) -> Vec<TileChoice> {
     let eye = request.view.eye().truncate();
     let radius_m = request.limits.mesh_radius_m;
+    let farthest_m = radius_m * request.steadiness;
     let cone = ViewCone::new(&request.view);
     let choice = |key, bounds: Bounds2, spacing_m: Option<f64>| {
         let distance_m = bounds.distance(eye);
@@ -52,17 +63,21 @@ pub(crate) fn choose_tiles(scene: &SceneInfo, request: &ViewRequest) -> Vec<Tile
     };
     let mut tiles = Vec::new();
     if let Some(layout) = &scene.ground {
-        let disc = Bounds2 { min: eye - radius_m, max: eye + radius_m };
+        let reach_m = farthest_m.min(0.5 * MOST_TILES * layout.tile_m);
+        let disc = Bounds2 { min: eye - reach_m, max: eye + reach_m };
         tiles.extend(layout.tiles(&disc).map(|(x, y)| {
             let key = TileKey { layer: TileLayer::Ground, x, y };
             choice(key, layout.bounds((x, y)), Some(layout.tile_m / GROUND_CELLS))
         }));
-        tiles.retain(|tile| tile.distance_m <= radius_m);
     }
     if scene.footprints > 0 {
-        let keys = wanted_tiles(eye, radius_m, &scene.bounds.plan()).into_iter();
+        let keys = wanted_tiles(eye, farthest_m, &scene.bounds.plan()).into_iter();
         tiles.extend(keys.map(|key| choice(key, FootprintGrid::bounds(key), None)));
     }
+    tiles.retain(|tile| {
+        let reach_m = if held.contains(&tile.key) { farthest_m } else { radius_m };
+        tile.distance_m <= reach_m
+    });
     tiles.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m).then(a.key.cmp(&b.key)));
     tiles
 }

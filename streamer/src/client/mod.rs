@@ -122,6 +122,9 @@ impl Client {
             .await?;
         let (mut footprints, mut vertices) = (Vec::new(), 0);
         while let Some(batch) = batches.next().await? {
+            // So does a batch.
+            vertices += 1;
+            bounded(call, "vertices", vertices, MAX_FOOTPRINT_VERTICES)?;
             for footprint in batch.footprints {
                 // A footprint counts for itself, too, so that empty ones are bounded.
                 vertices += 1 + footprint
@@ -265,8 +268,11 @@ impl Client {
             })
             .await?;
         let mut whole = v1::HierarchyPage { page: Some(page.into()), ..Default::default() };
+        let mut messages = 0;
         while let Some(message) = pages.next().await? {
-            let entries = whole.entries.len() + message.entries.len();
+            messages += 1;
+            // Empty messages count, too, so that they end.
+            let entries = messages + whole.entries.len() + message.entries.len();
             bounded(call, "entries", entries, MAX_PAGE_ENTRIES)?;
             whole.entries.extend(message.entries);
         }

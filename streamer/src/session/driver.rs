@@ -246,7 +246,7 @@ impl Driver {
                     .flatten()
                     .map(|view| ViewRequest { view, ..request.clone() });
                 let knows = |part: &Part| self.plan.knows(part);
-                let held = &self.plan.held().nodes;
+                let held = self.plan.held();
                 wishes(&self.survey, request, ahead.as_ref(), held, &knows)
             }
         };

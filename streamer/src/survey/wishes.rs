@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use flaneur_proto::v1;
-use flaneur_scene::{IdError, ImageId, PointNodeId, StoredImage, TileLayer};
+use flaneur_scene::{IdError, ImageId, Panorama, PointNodeId, StoredImage, TileKey, TileLayer};
 
 use super::node_gains::of_nodes;
 use super::{Candidates, Survey, gain};
@@ -12,7 +12,7 @@ use crate::ViewRequest;
 use crate::choose::{
     WantedImage, WantedNode, choose_nodes, choose_photographs, choose_tiles, district_bounds,
 };
-use crate::plan::{Part, Stage, Want, Wishes};
+use crate::plan::{Held, Part, Stage, Want, Wishes};
 use crate::sight::Sight;
 
 /// A complete picture is decided by the first images up to this share.
@@ -62,13 +62,13 @@ impl Target {
 /// Targets of all parts that are wanted.
 pub(crate) type Targets = HashMap<Part, Target>;
 
-/// What `request` wants, and what the view `ahead` that is about to come wants beside it. `held`:
-/// nodes that the receiver holds; `knows`: whether a part of the survey is known.
+/// What `request` wants, and what the view `ahead` that is about to come wants beside it. `held`: what
+/// the receiver holds; `knows`: whether a part of the survey is known.
 pub(crate) fn wishes(
     survey: &Survey,
     request: &ViewRequest,
     ahead: Option<&ViewRequest>,
-    held: &BTreeSet<PointNodeId>,
+    held: &Held,
     knows: &dyn Fn(&Part) -> bool,
 ) -> Result<(Wishes, Targets), IdError> {
     let mut list = List::of(survey, request, held, knows)?;
@@ -100,7 +100,7 @@ impl<'a> List<'a> {
     fn of(
         survey: &'a Survey,
         request: &'a ViewRequest,
-        held: &BTreeSet<PointNodeId>,
+        held: &Held,
         knows: &dyn Fn(&Part) -> bool,
     ) -> Result<Self, IdError> {
         let wishes = Wishes {
@@ -113,14 +113,14 @@ impl<'a> List<'a> {
         let mut list = Self { survey, request, sight, exact, wishes, targets: Targets::new() };
         let candidates = survey.candidates(request, knows);
         list.districts(&candidates);
-        list.tiles();
+        list.tiles(&held.tiles);
         // Before all around is known, others might be nearer.
         if candidates.missing_around.is_empty() {
-            list.images(&candidates)?;
+            list.images(&candidates, held)?;
         } else {
             list.wishes.open = true;
         }
-        list.nodes(&candidates, held);
+        list.nodes(&candidates, &held.nodes);
         Ok(list)
     }
 
@@ -139,8 +139,8 @@ impl<'a> List<'a> {
         }
     }
 
-    fn tiles(&mut self) {
-        for tile in choose_tiles(&self.survey.scene, self.request) {
+    fn tiles(&mut self, held: &BTreeSet<TileKey>) {
+        for tile in choose_tiles(&self.survey.scene, self.request, held) {
             let seen = if tile.seen { 1.0 } else { UNSEEN_TILE };
             let gain = seen * gain::of_tile(tile.distance_m, &self.request.view);
             let is_first = tile.seen && tile.distance_m <= FIRST_MESH_M;
@@ -157,11 +157,21 @@ impl<'a> List<'a> {
         }
     }
 
-    fn images(&mut self, candidates: &Candidates) -> Result<(), IdError> {
+    fn images(&mut self, candidates: &Candidates, held: &Held) -> Result<(), IdError> {
         let request = self.request;
+        let held: BTreeSet<&str> = held.images.keys().map(ImageId::panorama).collect();
+        let favour = |panorama: &Panorama| {
+            if held.contains(panorama.id.as_str()) { request.steadiness } else { 1.0 }
+        };
         let (view, limits, excluded) = (&request.view, &request.limits, &*request.excluded);
-        let mut images =
-            choose_photographs(candidates.panoramas.clone(), view, &self.sight, limits, excluded)?;
+        let mut images = choose_photographs(
+            candidates.panoramas.clone(),
+            view,
+            &self.sight,
+            limits,
+            excluded,
+            &favour,
+        )?;
         images.sort_by(|a, b| b.share_anywhere.total_cmp(&a.share_anywhere));
         let (all, mut decided): (f64, f64) =
             (images.iter().map(|image| image.share_anywhere).sum(), 0.0);

@@ -50,7 +50,8 @@ fn blind() -> Sight {
 }
 
 fn choose(panoramas: Vec<Arc<Panorama>>, limits: &FetchLimits) -> Vec<WantedImage> {
-    choose_photographs(panoramas, &north(), &blind(), limits, &|_| false).expect("names are good")
+    choose_photographs(panoramas, &north(), &blind(), limits, &|_| false, &|_| 1.0)
+        .expect("names are good")
 }
 
 fn ids(wanted: &[WantedImage]) -> Vec<String> {
@@ -125,8 +126,14 @@ fn a_sphere_gives_the_faces_that_matter_and_can_be_left_out_in_part() {
         assert_eq!((id.camera(), posed.lens), (face.name, CubeFace::lens(512)));
     }
     let without = |id: &ImageId| id.camera() == "front";
-    let wanted =
-        choose_photographs(vec![at], &north(), &blind(), &FetchLimits::default(), &without);
+    let wanted = choose_photographs(
+        vec![at],
+        &north(),
+        &blind(),
+        &FetchLimits::default(),
+        &without,
+        &|_| 1.0,
+    );
     assert!(!ids(&wanted.expect("names are good")).contains(&"s/front".to_owned()));
 }
 
