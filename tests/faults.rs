@@ -61,7 +61,7 @@ impl Scene {
     async fn made() -> Self {
         // Two processes of this test may run at once, each with a scene of its own.
         let name = if lossy::within() { "faults-lossy" } else { "faults" };
-        let street = SampleStreet::ingested(name).await;
+        let street = SampleStreet::dense(name).await;
         let store = Store::open_existing(street.store.to_str().expect("text")).expect("ingested");
         let catalog = Catalog::open([store]).await.expect("ingested");
         let channel = in_process(catalog).await.expect("in process");

@@ -88,13 +88,14 @@ impl Held {
 /// One scene serves all: making it takes longer than what is tested.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_scene_streams() {
-    let street = SampleStreet::ingested("streaming").await;
+    let street = SampleStreet::dense("streaming").await;
     order_is_sensible(&street).await;
     the_outcome_does_not_depend_on_what_was_before(&street).await;
     limits_and_exclusions_hold(&street).await;
     normals_come_where_they_are_asked_for(&street).await;
     cancelling_ends_the_stream(&street).await;
     what_two_receivers_want_comes_once(&street).await;
+    what_lies_ahead_is_there_when_one_comes(&street).await;
     unknown_scenes_are_named(&street).await;
 }
 
@@ -116,14 +117,14 @@ async fn order_is_sensible(street: &SampleStreet) {
     assert!(before.iter().any(|update| matches!(update, SceneUpdate::Image(_))));
     assert!(updates.iter().any(|update| matches!(update, SceneUpdate::Points(_))));
 
-    let mut nodes = BTreeSet::new();
-    for update in &updates {
-        if let SceneUpdate::Points(chunk) = update {
-            let parent = chunk.id.key.parent();
-            assert!(parent.is_none_or(|key| nodes.contains(&PointNodeId { key, ..chunk.id })));
-            nodes.insert(chunk.id);
-        }
-    }
+    let node_of = |update: &SceneUpdate| match update {
+        SceneUpdate::Points(chunk) => Some(chunk.id),
+        _ => None,
+    };
+    let nodes: Vec<PointNodeId> = updates.iter().filter_map(node_of).collect();
+    let levels: BTreeSet<u32> = nodes.iter().map(|id| id.key.level).collect();
+    assert!(nodes.len() >= 10 && levels.len() >= 3, "a tree of some depth: {nodes:?}");
+    assert_eq!(nodes.iter().collect::<BTreeSet<_>>().len(), nodes.len(), "each comes once");
     let mut levels: BTreeMap<&ImageId, u32> = BTreeMap::new();
     for update in &updates {
         if let SceneUpdate::Image(image) = update {
@@ -145,7 +146,7 @@ async fn the_outcome_does_not_depend_on_what_was_before(street: &SampleStreet) {
     let limits = FetchLimits {
         mesh_radius_m: 20.0,
         panoramas: 2,
-        points: 20_000,
+        points: 200_000,
         point_radius_m: 15.0,
         ..FetchLimits::default()
     };
@@ -170,20 +171,24 @@ async fn the_outcome_does_not_depend_on_what_was_before(street: &SampleStreet) {
 }
 
 async fn limits_and_exclusions_hold(street: &SampleStreet) {
+    const MOST: u64 = 250_000;
     let mut streamer = streamer(street).await;
     let eye = eyes(&streamer).await[0];
     let all = ViewRequest::new(view(eye, 1.5));
     let mut held = Held::default();
     held.apply(&updates(&mut streamer, all.clone()).await.0);
+    let nodes = held.nodes.len();
     let excluded = held.images.keys().next().expect("some").clone();
     let gone = excluded.clone();
     let request = ViewRequest {
-        limits: FetchLimits { points: 3000, image_pixels: 100_000, ..FetchLimits::default() },
+        limits: FetchLimits { points: MOST, image_pixels: 100_000, ..FetchLimits::default() },
         excluded: std::sync::Arc::new(move |id| *id == gone),
         ..all
     };
     held.apply(&updates(&mut streamer, request).await.0);
-    assert!(held.nodes.values().map(Vec::len).sum::<usize>() <= 3000);
+    let points = held.nodes.values().map(|node| node.len() as u64).sum::<u64>();
+    assert!(points > MOST / 4 && points <= MOST, "{points}");
+    assert!(held.nodes.len() > 1 && held.nodes.len() < nodes, "{} nodes", held.nodes.len());
     assert!(held.images.values().map(|(_, rgba)| rgba.len() / 4).sum::<usize>() <= 100_000);
     assert!(!held.images.is_empty() && !held.images.contains_key(&excluded));
 }
@@ -257,6 +262,56 @@ async fn what_two_receivers_want_comes_once(street: &SampleStreet) {
         assert!(held == expected);
     }
     assert_eq!(one.statistics().bytes_received, bytes);
+}
+
+/// Someone walks at 5 m/s, and stands still where everything for the place two seconds ahead has come,
+/// too: going there takes nothing more.
+async fn what_lies_ahead_is_there_when_one_comes(street: &SampleStreet) {
+    let mut streamer = streamer(street).await;
+    let eyes = eyes(&streamer).await;
+    let way = (eyes[1] - eyes[0]).normalize();
+    let limits = FetchLimits {
+        panoramas: 1,
+        mesh_radius_m: 15.0,
+        point_radius_m: 12.0,
+        ..FetchLimits::default()
+    };
+    let request = |eye: DVec3| ViewRequest { limits, ..ViewRequest::walking(view(eye, 1.5)) };
+    let begun = tokio::time::Instant::now();
+    let mut walked = 0.0;
+    while walked < 2.5 {
+        walked = 5.0 * begun.elapsed().as_secs_f64();
+        streamer.look(request(eyes[0] + walked * way));
+        let moment = tokio::time::sleep(std::time::Duration::from_millis(50));
+        tokio::pin!(moment);
+        loop {
+            tokio::select! {
+                () = &mut moment => break,
+                _ = streamer.next() => {}
+            }
+        }
+    }
+    // Until nothing has come for a second.
+    let quiet = std::time::Duration::from_secs(1);
+    let (mut bytes, mut since) = (0, tokio::time::Instant::now());
+    while since.elapsed() < quiet {
+        _ = tokio::time::timeout(quiet / 10, streamer.next()).await;
+        let now = streamer.statistics().bytes_received;
+        if std::mem::replace(&mut bytes, now) != now {
+            since = tokio::time::Instant::now();
+        }
+    }
+    let before = streamer.statistics();
+    let (steps, _) = updates(&mut streamer, request(eyes[0] + (walked + 10.0) * way)).await;
+    let after = streamer.statistics();
+    assert!(
+        steps.iter().any(|step| matches!(step, SceneUpdate::Image(_))),
+        "something else is seen"
+    );
+    assert!(after.cache_hits > before.cache_hits, "{after:?}");
+    let more = after.bytes_received - before.bytes_received;
+    // The speed is known but roughly: at its border a node or a tile may be missing.
+    assert!(10 * more < before.bytes_received, "{more} of {before:?}");
 }
 
 async fn unknown_scenes_are_named(street: &SampleStreet) {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use flaneur_proto::v1;
 use flaneur_scene::View;
-use flaneur_streamer::{StreamError, Streamer, ViewRequest};
+use flaneur_streamer::{Event, StreamError, Streamer, ViewRequest};
 use futures::StreamExt;
 use glam::{DVec3, UVec2};
 use liar::{Liar, connect, jpeg, part};
@@ -125,5 +125,36 @@ async fn cancelling_reaches_the_service() {
         }
     }
     // The service drops its answer once the client has gone; a minute is for a busy machine.
+    tokio::time::timeout(Duration::from_secs(60), dropped.ended()).await.expect("it is told");
+}
+
+/// The same where someone looks elsewhere: what nobody wants any more is ended on the wire, and counted.
+#[tokio::test]
+async fn another_view_ends_what_it_makes_useless() {
+    let (liar, dropped) = Liar::silent();
+    let mut streamer = Streamer::connect(connect(liar).await, "street").await.expect("a scene");
+    let at = |x: f64| {
+        let eye = DVec3::new(x, 0.0, 0.0);
+        ViewRequest::new(View::look(eye, 0.0, 0.0, 1.0, UVec2::new(64, 64)))
+    };
+    streamer.look(at(0.0));
+    let begun = dropped.begun();
+    tokio::pin!(begun);
+    loop {
+        tokio::select! {
+            () = &mut begun => break,
+            _ = streamer.next() => {}
+        }
+    }
+    assert_eq!(streamer.statistics().cancelled, 0);
+    let elsewhere = streamer.look(at(1e5));
+    loop {
+        match streamer.next().await {
+            Event::Progress(progress) if progress.view == elsewhere && progress.finished => break,
+            Event::Progress(_) => {}
+            other => panic!("there is nothing: {other:?}"),
+        }
+    }
+    assert!(streamer.statistics().cancelled >= 1, "{:?}", streamer.statistics());
     tokio::time::timeout(Duration::from_secs(60), dropped.ended()).await.expect("it is told");
 }

@@ -20,13 +20,21 @@ pub(crate) struct SampleStreet {
 
 impl SampleStreet {
     pub(crate) async fn ingested(name: &str) -> Self {
+        Self::of(name, SampleOptions::tiny(7)).await
+    }
+
+    /// The same street with so many points that they make a tree of several levels.
+    pub(crate) async fn dense(name: &str) -> Self {
+        Self::of(name, SampleOptions { points: 600_000, ..SampleOptions::tiny(7) }).await
+    }
+
+    async fn of(name: &str, options: SampleOptions) -> Self {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
         if folder.exists() {
             std::fs::remove_dir_all(&folder).expect("the test's own folder");
         }
         std::fs::create_dir_all(&folder).expect("the build folder is writable");
         let street = Self { survey: folder.join("survey"), store: folder.join("store") };
-        let options = SampleOptions::tiny(7);
         write_street(&street.survey, &options, &|_| {}, &AtomicBool::new(false)).expect("a street");
         let survey = Street::open(&street.survey, false).expect("the sample's own format");
         let store = Store::open(street.store.to_str().expect("text")).expect("a folder");
