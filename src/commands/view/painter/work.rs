@@ -21,10 +21,10 @@ const APPLYING: Duration = Duration::from_millis(20);
 /// everything is there by then, and the frame is the final one.
 const SETTLING: Duration = Duration::from_millis(300);
 
-/// So many frames are drawn for nobody once there is nothing else to do, as if one moved: the first has
-/// the driver compile what it takes, the others tell the budget what this machine can do. Else whoever
-/// moves first would wait.
-const REHEARSALS: u32 = 3;
+/// Frames are drawn for nobody once there is nothing else to do, as if one moved, until the budget knows
+/// what this machine can do, or so many were. Else whoever moves first would wait for that, and for the
+/// driver to compile what it takes.
+const MOST_REHEARSALS: u32 = 16;
 
 /// A renderer, what feeds it, and what was drawn last.
 pub(super) struct Work {
@@ -210,7 +210,8 @@ impl Work {
 
     /// Whether the final frame is drawn, and there is something to rehearse.
     fn has_leisure(&self) -> bool {
-        self.rehearsed < REHEARSALS && self.drawn.is_some_and(|(_, is_final)| is_final)
+        let unsure = self.rehearsed < MOST_REHEARSALS && !self.budget.is_settled();
+        unsure && self.drawn.is_some_and(|(_, is_final)| is_final)
     }
 
     /// Draws as if one moved, for nobody.
@@ -224,9 +225,7 @@ impl Work {
         if let Err(error) = self.renderer.render_as(&wish.view, wish.mode) {
             return survive(error, tell);
         }
-        if self.rehearsed > 1 {
-            self.budget.observe(began.elapsed());
-        }
+        self.budget.observe(began.elapsed());
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use egui::{Align2, Color32, TextStyle, TextWrapMode};
+use egui::{Align2, Color32, RichText, TextStyle, TextWrapMode};
 use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
@@ -16,6 +16,10 @@ use crate::commands::view::measuring::Measuring;
 const MARGIN: f32 = 10.0;
 /// Height of a line of text with its frame, points.
 const LINE: f32 = 36.0;
+/// Height of letters that are looked up rather than read, points.
+const SMALL: f32 = 12.0;
+/// In narrower windows figures and tape do not fit beside each other, points.
+const WIDE: f32 = 760.0;
 /// How long a message stands, and the name of what is shown from now on.
 const MESSAGE: Duration = Duration::from_secs(8);
 const NAME: Duration = Duration::from_secs(3);
@@ -124,12 +128,14 @@ impl PanelState {
             let left = until.saturating_duration_since(now);
             context.request_repaint_after(left.min(MESSAGE / 2));
         }
-        if self.shows_figures {
-            table(context, "figures", Align2::LEFT_TOP, &mut self.shows_figures, &figures(facts));
+        // Where two do not fit beside each other, the one that was asked for last is shown.
+        let narrow = context.content_rect().width() < WIDE;
+        let hidden = self.shows_help || narrow && self.measuring.is_on();
+        if self.shows_figures && !hidden {
+            show_figures(context, &figures(facts));
         }
         if self.shows_help {
-            let lines = HELP.map(|(what, how)| (what, how.to_owned()));
-            table(context, "help", Align2::CENTER_CENTER, &mut self.shows_help, &lines);
+            show_help(context, &mut self.shows_help);
         }
     }
 }
@@ -140,7 +146,6 @@ fn make_legible(style: &mut egui::Style) {
     for (kind, font) in &mut style.text_styles {
         font.size = match kind {
             TextStyle::Heading => 16.0,
-            TextStyle::Monospace => 13.0,
             _ => 14.0,
         };
     }
@@ -163,20 +168,32 @@ fn label(context: &egui::Context, id: &str, side: Align2, text: &str) {
     });
 }
 
-/// Lines of two columns, which can be closed.
-fn table(
-    context: &egui::Context,
-    id: &str,
-    side: Align2,
-    open: &mut bool,
-    lines: &[(&str, String)],
-) {
-    let window = egui::Window::new(id).open(open).collapsible(false).resizable(false);
-    window.anchor(side, inward(side)).show(context, |ui| {
-        egui::Grid::new(id).show(ui, |ui| {
-            for (what, how) in lines {
-                ui.strong(*what);
-                ui.monospace(how);
+/// Lines of two columns in a corner, small, and through which one clicks.
+fn show_figures(context: &egui::Context, lines: &[(&str, String)]) {
+    let side = Align2::LEFT_TOP;
+    let area = egui::Area::new(egui::Id::unique("figures")).interactable(false);
+    area.anchor(side, inward(side)).show(context, |ui| {
+        let frame = egui::Frame::popup(ui.style()).fill(Color32::from_black_alpha(170));
+        frame.show(ui, |ui| {
+            egui::Grid::new("figures").spacing([10.0, 1.0]).min_row_height(0.0).show(ui, |ui| {
+                for (what, how) in lines {
+                    ui.label(RichText::new(*what).size(SMALL));
+                    ui.label(RichText::new(how).size(SMALL).monospace());
+                    ui.end_row();
+                }
+            });
+        });
+    });
+}
+
+/// What can be done, until it is closed.
+fn show_help(context: &egui::Context, open: &mut bool) {
+    let window = egui::Window::new("How to move").open(open).collapsible(false).resizable(false);
+    window.anchor(Align2::CENTER_CENTER, [0.0; 2]).show(context, |ui| {
+        egui::Grid::new("help").show(ui, |ui| {
+            for (what, how) in HELP {
+                ui.strong(what);
+                ui.label(how);
                 ui.end_row();
             }
         });

@@ -20,11 +20,14 @@ pub(in crate::commands::view) struct Reference {
 impl Reference {
     /// It in words.
     fn words(&self) -> String {
-        let crs = Crs::parse(&self.crs, self.geographic_origin);
-        match crs.ok().and_then(|crs| crs.name()) {
-            Some(name) => format!("{name} ({})", self.crs),
-            None if self.crs == "local" => "the survey's own metres (local)".to_owned(),
-            None => self.crs.clone(),
+        let crs = Crs::parse(&self.crs, self.geographic_origin).ok();
+        match (crs.as_ref().map(Crs::name), self.geographic_origin) {
+            (Some(Some(name)), _) => format!("{name} ({})", self.crs),
+            (Some(None), Some([latitude, longitude, _])) => {
+                format!("metres from {latitude:.7}, {longitude:.7} (WGS84), level there (local)")
+            }
+            (Some(None), None) => "the survey's own metres (local)".to_owned(),
+            (None, _) => self.crs.clone(),
         }
     }
 
@@ -97,6 +100,10 @@ mod tests {
             "{said:?}"
         );
         assert!(said[8].contains("Lambert-93") && said[8].contains("EPSG:2154"), "{said:?}");
+        let nowhere = Reference { crs: "local".to_owned(), geographic_origin: None };
+        let places =
+            lines(&tape, &Reference { geographic_origin: Some([49.0, 8.4, 112.0]), ..nowhere });
+        assert!(places[8].starts_with("metres from 49.0000000, 8.4000000"), "{places:?}");
         let nowhere = Reference { crs: "local".to_owned(), geographic_origin: None };
         assert!(lines(&tape, &nowhere).iter().all(|line| !line.contains("WGS84")));
     }
