@@ -147,7 +147,7 @@ fn key_at(position: DVec2) -> Option<TileKey> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use flaneur_scene::Polygon;
+    use flaneur_scene::{GroundLayout, Polygon};
 
     fn building(id: &str, at: DVec2) -> Footprint {
         let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
@@ -185,5 +185,52 @@ mod tests {
         assert!(wanted_tiles(DVec2::NAN, 100.0, &scene).is_empty());
         // A radius without end is bounded by the scene.
         assert_eq!(wanted_tiles(DVec2::ZERO, 1e9, &scene).len(), 32 * 32);
+    }
+
+    fn scene(tile_m: f64) -> SceneInfo {
+        let bounds = Bounds3 { min: glam::DVec3::splat(-1e6), max: glam::DVec3::splat(1e6) };
+        SceneInfo {
+            name: "s".into(),
+            crs: "local".into(),
+            geographic_origin: None,
+            origin: glam::DVec3::ZERO,
+            bounds,
+            footprints: 0,
+            panoramas: 0,
+            images: 0,
+            ground: Some(GroundLayout {
+                origin: DVec2::splat(-1e6),
+                tile_m,
+                columns: u32::MAX >> 1,
+                rows: u32::MAX >> 1,
+            }),
+            point_sources: Vec::new(),
+            version: "1".into(),
+        }
+    }
+
+    fn keys(scene: &SceneInfo, x: f64, held: &BTreeSet<TileKey>) -> BTreeSet<TileKey> {
+        let eye = glam::DVec3::new(x, 0.0, 2.0);
+        let view = flaneur_scene::View::look(eye, 0.0, 0.0, 1.0, glam::UVec2::new(64, 32));
+        let request = ViewRequest::walking(view);
+        choose_tiles(scene, &request, held).into_iter().map(|tile| tile.key).collect()
+    }
+
+    #[test]
+    fn nothing_flickers_at_the_radius() {
+        let scene = scene(64.0);
+        let radius_m = crate::FetchLimits::default().mesh_radius_m;
+        let border = 64.0 * (radius_m / 64.0).ceil() - radius_m;
+        let (mut held, none) = (BTreeSet::new(), BTreeSet::new());
+        held = keys(&scene, border + 0.1, &held);
+        let fresh = keys(&scene, border - 0.1, &none);
+        assert!(!held.is_subset(&fresh), "here tiles would go");
+        assert!(held.is_subset(&keys(&scene, border - 0.1, &held)), "but stay where they are held");
+    }
+
+    #[test]
+    fn terrain_of_endless_tiles_takes_no_endless_memory() {
+        let most = MOST_TILES as usize + 2;
+        assert!(keys(&scene(1e-3), 0.0, &BTreeSet::new()).len() <= most * most);
     }
 }
