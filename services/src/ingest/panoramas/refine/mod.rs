@@ -2,7 +2,7 @@
 //!
 //! A survey's poses come from GPS and inertial sensors: attitudes are a constant off, places wander by
 //! a decimetre. Photographs of the same wall know better how they stand to each other. Corners
-//! ([`corners`]) are looked for again where poses let them be ([`matches`]), joined to tracks
+//! ([`corners`]) are looked for again where poses let them be ([`mod@matches`]), joined to tracks
 //! ([`tracks`]), and a bundle adjustment ([`adjust`]) gives every panorama a small turn and a small shift.
 //! What the survey says holds the whole in its place: a correction costs what its uncertainty makes of it.
 //!
