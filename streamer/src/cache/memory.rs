@@ -1,5 +1,6 @@
 //! Payloads in memory.
 
+use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
@@ -14,12 +15,14 @@ const ENTRY_BYTES: u64 = 160;
 #[derive(Debug)]
 pub(super) struct Memory {
     entries: Mutex<SegmentedLru<CacheKey, Bytes>>,
+    /// Bytes that views ask for, and how many ask for so many.
+    working_sets: Mutex<BTreeMap<u64, usize>>,
 }
 
 impl Memory {
     /// An empty memory of at most `bytes`.
     pub(super) fn new(bytes: u64) -> Self {
-        Self { entries: Mutex::new(SegmentedLru::new(bytes)) }
+        Self { entries: Mutex::new(SegmentedLru::new(bytes)), working_sets: Mutex::default() }
     }
 
     pub(super) fn get(&self, key: &CacheKey) -> Option<Bytes> {
@@ -35,8 +38,22 @@ impl Memory {
         self.entries().remove(key);
     }
 
-    pub(super) fn working_set(&self, bytes: u64) {
-        self.entries().set_working_set(bytes);
+    /// Someone's view asks for other bytes than before; the most that any does counts.
+    pub(super) fn replace_working_set(&self, before: Option<u64>, now: Option<u64>) {
+        let mut sets = self.working_sets.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(now) = now {
+            *sets.entry(now).or_default() += 1;
+        }
+        if let Some(before) = before
+            && let Some(count) = sets.get_mut(&before)
+        {
+            *count -= 1;
+            if *count == 0 {
+                sets.remove(&before);
+            }
+        }
+        let most = sets.last_key_value().map_or(0, |(&bytes, _)| bytes);
+        self.entries().set_working_set(most);
     }
 
     /// Bytes held, and entries that had to make room so far.

@@ -9,6 +9,7 @@
 //! | `key.rs` | the name of a payload |
 //! | `segmented.rs` | which entries stay: a least-recently-used list in two segments, by bytes |
 //! | `memory.rs` | payloads in memory |
+//! | `working_set.rs` | what the views of those who share the cache ask for |
 //! | `disk/` | payloads in a folder, checked when read, bounded, shared by processes |
 //!
 //! The caller checks what it inserts. What is found is checked again against what the caller
@@ -19,6 +20,7 @@ mod key;
 mod memory;
 mod segmented;
 mod statistics;
+mod working_set;
 
 #[cfg(test)]
 mod tests;
@@ -33,6 +35,7 @@ use flaneur_scene::{Node, StoredImage};
 pub(crate) use key::CacheKey;
 pub use segmented::{Rank, SegmentedLru};
 pub use statistics::CacheStatistics;
+pub(crate) use working_set::WorkingSet;
 
 use disk::Disk;
 use memory::Memory;
@@ -108,7 +111,7 @@ impl Checked {
 /// The cache of one program. All methods take `&self` and may be called from anywhere.
 #[derive(Debug)]
 pub(crate) struct Cache {
-    memory: Memory,
+    memory: Arc<Memory>,
     disk: Option<Arc<Disk>>,
     counts: Arc<Counts>,
 }
@@ -127,7 +130,7 @@ impl Cache {
             Some(disk) => Disk::open(disk, Arc::clone(&counts))?.map(Arc::new),
             None => None,
         };
-        Ok(Self { memory: Memory::new(options.memory_bytes), disk, counts })
+        Ok(Self { memory: Arc::new(Memory::new(options.memory_bytes)), disk, counts })
     }
 
     /// The payload of `key`, where it is held and is what is `expected`. What is found on disk is
@@ -178,11 +181,9 @@ impl Cache {
         }
     }
 
-    /// Takes note of how many bytes the present view asks the cache for, be they found or not: as
-    /// much stays for what is new, whatever was used twice. That is less than the view shows
-    /// where its receiver holds most of that already.
-    pub(crate) fn working_set(&self, bytes: u64) {
-        self.memory.working_set(bytes);
+    /// The place of one who asks the cache for what views want.
+    pub(crate) fn working_set(&self) -> WorkingSet {
+        WorkingSet::new(Arc::clone(&self.memory))
     }
 
     /// Returns once everything that was inserted before is on disk, or will not be.

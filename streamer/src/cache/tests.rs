@@ -57,6 +57,37 @@ async fn memory_stays_within_its_bytes_even_of_tiny_payloads() {
     assert_eq!(none.get(&key("a"), None).await, None);
 }
 
+/// What one asks for who looks at much stays, though another who shares the cache stands still.
+#[tokio::test]
+async fn of_several_who_share_a_cache_the_one_who_asks_for_most_counts() {
+    let payload = || Bytes::from(vec![1; 1000]);
+    let kept = |busy: bool| async move {
+        let cache = memory_of(10_000);
+        let (mut one, mut other) = (cache.working_set(), cache.working_set());
+        one.set(if busy { 9000 } else { 0 });
+        other.set(10);
+        drop(other);
+        cache.working_set().set(0);
+        // Used twice, and so protected, before seven that are new.
+        for _ in 0..2 {
+            for name in ["a", "b", "c", "d", "e", "f"] {
+                if cache.get(&key(name), None).await.is_none() {
+                    cache.insert(&key(name), payload(), Rank::Detail);
+                }
+            }
+        }
+        let new = ["1", "2", "3", "4", "5", "6", "7"];
+        new.iter().for_each(|name| cache.insert(&key(name), payload(), Rank::Detail));
+        let mut found = 0;
+        for name in new {
+            found += usize::from(cache.get(&key(name), None).await.is_some());
+        }
+        found
+    };
+    assert_eq!(kept(true).await, 7);
+    assert!(kept(false).await < 7);
+}
+
 #[tokio::test]
 async fn what_falls_out_of_memory_is_found_on_disk_and_comes_back() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -64,7 +95,8 @@ async fn what_falls_out_of_memory_is_found_on_disk_and_comes_back() {
     // Memory for one of the two.
     let options = CacheOptions { memory_bytes: 1500, disk: Some(disk) };
     let cache = Cache::new(&options).expect("a folder");
-    cache.working_set(1500);
+    let mut place = cache.working_set();
+    place.set(1500);
     let payload = |byte: u8| Bytes::from(vec![byte; 1000]);
     cache.insert(&key("a"), payload(1), Rank::Detail);
     cache.insert(&key("b"), payload(2), Rank::Detail);

@@ -45,6 +45,7 @@ impl<M> Incoming<M> {
     /// What has come so far is whole.
     pub(super) fn settle(&mut self) {
         self.unsettled = 0;
+        self.client.servers.works(self.turn);
     }
 
     /// What was received is no answer.

@@ -311,7 +311,11 @@ impl Client {
             let (turn, channel) = self.turn(call).await?;
             match self.judged(turn, in_time(call, request(channel)).await) {
                 Err(error) if error.is_transient() && tries < self.servers.count() => tries += 1,
-                outcome => return outcome,
+                Ok(answer) => {
+                    self.servers.works(turn);
+                    return Ok(answer);
+                }
+                refused => return refused,
             }
         }
     }
@@ -338,11 +342,14 @@ impl Client {
         self.servers.turn().await.ok_or_else(none)
     }
 
-    /// The outcome of a call, after its server was given credit for it.
+    /// The outcome of a call, or of a piece of one, after its server was blamed for it where it is at
+    /// fault. Credit is given for what is whole: headers and pieces come through a connection, too, that
+    /// breaks every time.
     fn judged<T>(&self, turn: Turn, outcome: Result<T, StreamError>) -> Result<T, StreamError> {
         match &outcome {
             Err(error) if error.is_server_at_fault() => self.servers.fails(turn),
-            _ => self.servers.works(turn),
+            Err(_) => self.servers.works(turn),
+            Ok(_) => {}
         }
         outcome
     }

@@ -13,6 +13,7 @@ use tokio::time::Instant;
 use super::motion::Motion;
 use super::statistics::{Counts, add, sub};
 use super::understand::{Context, Understood, understand};
+use crate::cache::WorkingSet;
 use crate::decode::decoded;
 use crate::load::{Interest, Landed, Loader};
 use crate::plan::{Batch, BatchId, Order, Part, Plan, Verdict};
@@ -99,6 +100,7 @@ pub(crate) struct Driver {
     learnt: bool,
     /// Bytes that the view had to ask for.
     asked_bytes: u64,
+    working_set: WorkingSet,
     /// Whether the view was chosen by what its mesh shows.
     sighted: bool,
     /// Whether the view's end was told.
@@ -119,6 +121,7 @@ impl Driver {
         commands: mpsc::UnboundedReceiver<Command>,
         events: mpsc::Sender<Event>,
     ) -> Self {
+        let working_set = loader.cache().working_set();
         Self {
             survey: Survey::new(Arc::clone(loader.scene())),
             loader,
@@ -137,6 +140,7 @@ impl Driver {
             forgiven: Instant::now(),
             learnt: false,
             asked_bytes: 0,
+            working_set,
             sighted: false,
             told: true,
             outbox: VecDeque::new(),
@@ -261,7 +265,7 @@ impl Driver {
                 }
                 // More may be missing once more of the survey is known, less never.
                 self.asked_bytes = self.asked_bytes.max(self.plan.missing_bytes());
-                self.loader.cache().working_set(self.asked_bytes);
+                self.working_set.set(self.asked_bytes);
             }
             Err(error) => self.fault(super::bad_id(&error)),
         }
