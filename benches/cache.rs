@@ -27,7 +27,7 @@ use tonic::transport::Channel;
 /// Distance between two views, metres.
 const STEP_M: f64 = 1.0;
 /// Nodes up to this level are coarse enough to be protected at once.
-const UPPER_LEVEL: u32 = 2;
+const UPPER_LEVEL: u32 = 1;
 /// Capacities, in parts of what the largest view uses.
 const CAPACITIES: [f64; 8] = [0.5, 0.75, 0.9, 1.0, 1.1, 1.5, 2.0, 3.0];
 

@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use super::markup::Escaped;
 
-/// Size of a plot, and of the area inside its axes; units that become pixels on a narrow screen.
-pub(super) const SIZE: [f64; 2] = [420.0, 300.0];
+/// Size of a plot, and of the area inside its axes, beside which half of a label has room; units that
+/// become pixels on a narrow screen.
+pub(super) const SIZE: [f64; 2] = [434.0, 300.0];
 pub(super) const LEFT: f64 = 58.0;
 pub(super) const RIGHT: f64 = 410.0;
 pub(super) const TOP: f64 = 12.0;

@@ -45,6 +45,12 @@ impl Mask {
         Arc::clone(kept().entry(size).or_insert(alpha))
     }
 
+    /// Bytes that it takes, with all that it gave.
+    pub(crate) fn bytes(&self) -> usize {
+        let alphas = self.alphas.lock().unwrap_or_else(PoisonError::into_inner);
+        self.shown.len() + alphas.values().map(|alpha| alpha.len()).sum::<usize>()
+    }
+
     /// The mask for an image of `size`, rows from the top: a pixel shows the scene only where
     /// all that it covers of the mask does, so that a coarse level shows no sliver of what
     /// is hidden.

@@ -47,7 +47,7 @@ pub(crate) struct Landed {
     pub(crate) part: Part,
     /// Its payload, checked against what is known of it.
     pub(crate) payload: Result<Bytes, StreamError>,
-    /// Whether it came over the network.
+    /// Whether it came over the network, and for this batch rather than for someone else's.
     pub(crate) fetched: bool,
 }
 
@@ -149,14 +149,15 @@ impl Loader {
         let (flights, _alive) = self.join(absent, place);
         let mut flights: FuturesUnordered<_> = flights
             .into_iter()
-            .map(|(part, mut payload)| async move {
+            .map(|Joined { part, mut payload, fetched }| async move {
                 let outcome = payload.wait_for(Option::is_some).await;
                 let outcome = outcome.ok().and_then(|outcome| outcome.clone());
-                (part, outcome.unwrap_or(Err(StreamError::Cancelled)))
+                let payload = outcome.unwrap_or(Err(StreamError::Cancelled));
+                Landed { batch, part, payload, fetched }
             })
             .collect();
-        while let Some((part, payload)) = flights.next().await {
-            drop(sink.send(Landed { batch, part, payload, fetched: true }));
+        while let Some(landed) = flights.next().await {
+            drop(sink.send(landed));
         }
     }
 
@@ -179,20 +180,21 @@ impl Loader {
             if let Some((request, payload)) = under_way {
                 place.skip(&target);
                 alive.push(request);
-                joined.push((part, payload));
+                joined.push(Joined { part, payload, fetched: false });
                 continue;
             }
             // It may have landed since the cache was asked.
             if let Some(payload) = self.cache.at_hand(&self.key(&part)) {
                 place.skip(&target);
-                joined.push((part, watch::channel(Some(Ok(payload))).1));
+                let payload = watch::channel(Some(Ok(payload))).1;
+                joined.push(Joined { part, payload, fetched: false });
                 continue;
             }
             let (sender, receiver) = watch::channel(None);
             let flight = Flight { request: Arc::downgrade(&request), payload: receiver.clone() };
             flights.insert(part.clone(), flight);
             senders.insert(part.clone(), sender);
-            joined.push((part.clone(), receiver));
+            joined.push(Joined { part: part.clone(), payload: receiver, fetched: true });
             own.push((part, target));
         }
         if !own.is_empty() {
@@ -273,7 +275,13 @@ impl Loader {
     }
 }
 
-type Joined = (Part, watch::Receiver<Option<Result<Bytes, StreamError>>>);
+/// A part that someone waits for.
+struct Joined {
+    part: Part,
+    payload: watch::Receiver<Option<Result<Bytes, StreamError>>>,
+    fetched: bool,
+}
+
 type Senders = HashMap<Part, watch::Sender<Option<Result<Bytes, StreamError>>>>;
 
 /// What is known of a part's payload before it comes.

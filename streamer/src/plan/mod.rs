@@ -212,6 +212,11 @@ impl Plan {
         Some(told)
     }
 
+    /// A part of the survey was forgotten.
+    pub(crate) fn unlearn(&mut self, part: &Part) {
+        self.known.remove(part);
+    }
+
     /// A part could not be had.
     pub(crate) fn fail(&mut self, part: &Part, verdict: Verdict) {
         self.flying.remove(part);
@@ -302,6 +307,11 @@ impl Plan {
         }
         if above(self.held.pixels(), pixels) {
             drops.extend(self.unwanted_images().into_iter().map(SceneUpdate::DropImage));
+        }
+        let tiles = &self.wishes.tiles;
+        if self.steps.len() as f64 > tiles.len() as f64 * OVERHANG {
+            drops.extend(self.unwanted_tiles().into_iter().map(SceneUpdate::DropMesh));
+            self.steps.retain(|key, _| tiles.contains(key));
         }
         drops.iter().for_each(|drop| self.held.note(drop));
         drops

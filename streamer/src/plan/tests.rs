@@ -400,3 +400,31 @@ fn a_level_is_passed_over_whose_finer_one_comes_soon() {
     // Then the coarse one, which makes the picture complete, and the finest.
     assert_eq!(asked(100_000), [LEVELS - 1, 0]);
 }
+
+/// Who walks on and on may never see a view whole, and so hears of no drops at its end.
+#[test]
+fn tiles_left_behind_go_while_views_follow_one_another() {
+    let mut plan = Plan::new(Order::default());
+    let mut most = 0;
+    for place in 0..40 {
+        let mut wanted = Wishes { most: (40, 4000), ..Wishes::default() };
+        wanted.tiles = (place..place + 5).map(tile).collect();
+        let mesh = |key: &TileKey| Part::Mesh { key: *key, step: 1 };
+        let parts: Vec<Part> = wanted.tiles.iter().map(mesh).collect();
+        let never = Part::Node(node(0, 0));
+        wanted.wants = parts.iter().chain([&never]).cloned().map(detail).collect();
+        _ = plan.look(wanted);
+        for part in parts {
+            _ = plan.arrive(&part, updates(&part));
+        }
+        assert!(!plan.standing().finished);
+        assert!(plan.wishes.tiles.is_subset(&plan.held.tiles));
+        most = most.max(plan.held.tiles.len());
+    }
+    assert_eq!(most, 6, "five are wanted at once, and a quarter more may stay");
+}
+
+fn detail(part: Part) -> Want {
+    let (stage, photographs) = (Stage::Detail, [].into());
+    Want { part, stage, bytes: 100, gain: 1.0, distance_m: 1.0, photographs, exact: false }
+}

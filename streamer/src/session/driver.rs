@@ -229,6 +229,11 @@ impl Driver {
                     self.motion.note(&request.view, self.heard);
                 }
                 self.choose();
+                if let Some(request) = &self.request {
+                    // Once a view: what is forgotten and wanted after all comes once more, not for ever.
+                    let forgotten = self.survey.forget(request, &self.targets);
+                    forgotten.iter().for_each(|part| self.plan.unlearn(part));
+                }
                 self.sighted = self.plan.standing().complete_picture;
             }
             Command::Note(update) => {

@@ -69,11 +69,22 @@ async fn one(
     decoded(&what, decode).await
 }
 
-/// The bytes of one part.
+/// The bytes of one part. Where a server fails the next one is asked, as often as there are servers and
+/// once more.
 async fn payload(loader: &Arc<Loader>, part: Part, target: Target) -> Result<Bytes, StreamError> {
-    let (sink, mut landed) = mpsc::unbounded_channel();
-    let _interest = loader.load(BatchId::default(), vec![(part, target)], 0, sink);
-    landed.recv().await.map_or(Err(StreamError::Cancelled), |one| one.payload)
+    let mut tries = 0;
+    loop {
+        let (sink, mut landed) = mpsc::unbounded_channel();
+        let wanted = vec![(part.clone(), target.clone())];
+        let _interest = loader.load(BatchId::default(), wanted, 0, sink);
+        let payload = landed.recv().await.map_or(Err(StreamError::Cancelled), |one| one.payload);
+        match payload {
+            Err(error) if error.is_transient() && tries < loader.client().servers().count() => {
+                tries += 1;
+            }
+            outcome => return outcome,
+        }
+    }
 }
 
 /// What a panorama's name that cannot be one means.

@@ -1,5 +1,6 @@
 //! What is known of a scene: what there is to choose from, rather than what is shown.
 
+mod forget;
 mod gain;
 mod node_gains;
 mod wishes;
