@@ -68,11 +68,10 @@ fn assert_sound(report: &Value) {
     }
     let number = |key: &str| report[key].as_f64().unwrap_or_else(|| panic!("{key} of {report}"));
     let [first_ms, first_bytes, ..] = samples[0];
-    assert_eq!(
-        (number("first_picture_ms"), number("first_picture_bytes")),
-        (first_ms, first_bytes)
-    );
-    assert!(first_bytes > 0.0 && samples[samples.len() - 1][1] <= number("bytes"));
+    assert_eq!(number("first_picture_ms"), first_ms);
+    let taken = number("first_picture_bytes");
+    assert!(taken > 0.0 && taken <= first_bytes, "{taken} {first_bytes}");
+    assert!(samples[samples.len() - 1][1] <= number("bytes"));
     for (key, ssim) in [("ms_to_ssim_090", 0.90), ("ms_to_ssim_095", 0.95)] {
         let first = samples.iter().find(|sample| sample[2] >= ssim).map(|sample| sample[0]);
         assert_eq!(report[key].as_f64(), first, "{key}");

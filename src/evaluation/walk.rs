@@ -18,7 +18,7 @@ const EQUAL_DB: f64 = 120.0;
 pub(crate) struct Report {
     /// When the first complete, if coarse, picture was on screen.
     pub(crate) first_picture_ms: Option<f64>,
-    /// Bytes received when the rendering of that began.
+    /// Bytes received when all that it takes had come.
     pub(crate) first_picture_bytes: Option<u64>,
     /// When what was on screen first had an SSIM of 0.90 to the same view fully loaded.
     pub(crate) ms_to_ssim_090: Option<f64>,

@@ -35,6 +35,8 @@ pub struct Progress {
     /// What was emitted makes a complete picture, however coarse: the base mesh in sight, and a coarse
     /// level of the photographs that decide the picture.
     pub complete_picture: bool,
+    /// [`Progress::bytes_received`] when it first did so for this view.
+    pub complete_at: Option<u64>,
     /// Everything that the view wants, and that can be had, has been emitted.
     pub finished: bool,
 }

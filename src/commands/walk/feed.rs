@@ -11,14 +11,14 @@ pub(super) struct Feed {
     streamer: Streamer,
     /// The number of the latest view.
     view: u64,
-    complete_picture: bool,
+    complete_at: Option<u64>,
     has_all: bool,
 }
 
 impl Feed {
     /// One that was asked for nothing yet.
     pub(super) fn new(streamer: Streamer) -> Self {
-        Self { streamer, view: 0, complete_picture: false, has_all: false }
+        Self { streamer, view: 0, complete_at: None, has_all: false }
     }
 
     /// Where one looks from now on.
@@ -44,9 +44,9 @@ impl Feed {
         source::tell(&self.streamer, applied);
     }
 
-    /// Whether a complete, if coarse, picture has arrived.
-    pub(super) fn complete_picture(&self) -> bool {
-        self.complete_picture
+    /// Bytes received when a complete, if coarse, picture had arrived.
+    pub(super) fn complete_at(&self) -> Option<u64> {
+        self.complete_at
     }
 
     /// Whether all that the latest view wants has arrived.
@@ -63,7 +63,9 @@ impl Feed {
         match event {
             Event::Update(update) => Some(update),
             Event::Progress(progress) => {
-                self.complete_picture |= progress.complete_picture || progress.finished;
+                let is_complete = progress.complete_picture || progress.finished;
+                let bytes = progress.complete_at.unwrap_or(progress.bytes_received);
+                self.complete_at = self.complete_at.or(is_complete.then_some(bytes));
                 self.has_all |= progress.view == self.view && progress.finished;
                 None
             }

@@ -204,7 +204,7 @@ fn report(
     let looked_up = passed.cache_hits + passed.cache_misses;
     Report {
         first_picture_ms: walked.first_picture.map(|shown| shown.ms),
-        first_picture_bytes: walked.first_picture.map(|shown| shown.bytes),
+        first_picture_bytes: walked.first_picture_bytes,
         ms_to_ssim_090: Sample::reached(&samples, 0.90),
         ms_to_ssim_095: Sample::reached(&samples, 0.95),
         bytes: passed.bytes_received,

@@ -35,6 +35,7 @@ const FRAMES_TO_REST: u32 = 60;
 pub(super) struct Walked {
     pub(super) kept: Kept,
     pub(super) first_picture: Option<Shown>,
+    pub(super) first_picture_bytes: Option<u64>,
     pub(super) longest_frame_ms: Option<f64>,
     pub(super) statistics: Statistics,
     /// Whether everything that the last view wants had come.
@@ -75,6 +76,7 @@ impl<'a> Stroll<'a> {
         let walked = Walked {
             kept,
             first_picture: None,
+            first_picture_bytes: None,
             longest_frame_ms: None,
             statistics: Statistics::default(),
             whole: false,
@@ -120,6 +122,7 @@ impl<'a> Stroll<'a> {
         let mut feed = Feed::new(streamer);
         let outcome = self.follow(&mut feed, &*stage, context).await;
         self.walked.statistics = feed.statistics();
+        self.walked.first_picture_bytes = feed.complete_at();
         if let Some((frame, shown)) = self.on_screen.take()
             && self.walked.kept.frames().last() != Some(&shown)
         {
@@ -158,7 +161,7 @@ impl<'a> Stroll<'a> {
             stage.advance(bytes.saturating_sub(said));
             said = bytes;
             self.news |= self.on_screen.as_ref().is_none_or(|(_, shown)| shown.view != view);
-            let draws = feed.complete_picture() && (self.news || !self.is_at_rest());
+            let draws = feed.complete_at().is_some() && (self.news || !self.is_at_rest());
             if draws {
                 self.draw(view, began, bytes)?;
             }

@@ -103,6 +103,8 @@ pub(crate) struct Driver {
     working_set: WorkingSet,
     /// Whether the view was chosen by what its mesh shows.
     sighted: bool,
+    /// Bytes received when the view's picture was complete.
+    complete_at: Option<u64>,
     /// Whether the view's end was told.
     told: bool,
     outbox: VecDeque<Event>,
@@ -142,6 +144,7 @@ impl Driver {
             asked_bytes: 0,
             working_set,
             sighted: false,
+            complete_at: None,
             told: true,
             outbox: VecDeque::new(),
             events,
@@ -215,6 +218,7 @@ impl Driver {
                 self.view = view;
                 self.request = request.map(|request| *request);
                 self.told = self.request.is_none();
+                self.complete_at = None;
                 self.heard = Instant::now();
                 self.asked_bytes = 0;
                 // Who walks looks many times a second: what failed is not worth trying at each.
@@ -507,12 +511,16 @@ impl Driver {
             self.told = true;
         }
         let traffic = self.loader.client().traffic();
+        if standing.complete_picture {
+            self.complete_at.get_or_insert(traffic.bytes());
+        }
         let progress = Event::Progress(Progress {
             view: self.view,
             bytes_received: traffic.bytes(),
             requests: traffic.requests(),
             remaining: standing.remaining,
             complete_picture: standing.complete_picture,
+            complete_at: self.complete_at,
             finished: standing.finished,
         });
         // Where the last one was not told yet, it is out of date.
