@@ -270,6 +270,68 @@ fn one_walks_about_a_street() {
     assert!(served.stop().success());
 }
 
+/// Houses are stood before, and photographs gone to that see what was clicked.
+#[test]
+fn one_goes_along_walls_and_to_photographs_that_see_a_place() {
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let street = runtime.block_on(SampleStreet::ingested("view-walls"));
+    let darkroom = Darkroom { store: street.store.clone() };
+    let screen = Screen::start([800, 600]);
+    let start = "651487.5,6861042.9,44.2,35,-4";
+    let window = Window::open(text(&street.store), start, &screen);
+    screen.focus("sample - Flaneur");
+    screen.act(&["key", "Escape"]);
+    assert_eq!(position(&window.stands("at first")), position(start));
+    let first = darkroom.picture(start, "hybrid");
+    await_picture(&screen, &first, "the street");
+
+    // The road ahead is seen by photographs, a list of which comes up in the corner on the left.
+    screen.act(&["key", "m", "mousemove", "320", "290", "click", "1"]);
+    window.logs("placed", "where one clicked");
+    let corner =
+        |picture: &RgbImage| image::imageops::crop_imm(picture, 10, 250, 60, 90).to_image();
+    let until = Instant::now() + PATIENCE;
+    while difference(&corner(&screen.picture()), &corner(&first)) < DIFFERENT {
+        assert!(Instant::now() < until, "no list");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    screen.act(&["mousemove", "40", "310", "click", "1"]);
+    let photograph = window.stands("where a photograph was taken");
+    assert!(off_the_way(&street, &photograph) < 1.0, "{photograph}");
+    assert_ne!(position(&photograph), position(start));
+    screen.act(&["key", "Escape"]);
+
+    // To the right, as far as one gets.
+    screen.act(&["keydown", "Shift", "keydown", "d"]);
+    std::thread::sleep(Duration::from_secs(4));
+    screen.act(&["keyup", "d", "keyup", "Shift"]);
+    let before_wall = window.stands("before a wall");
+    let walked = way(&photograph, &before_wall);
+    let off = off_houses(&street, &before_wall);
+    assert!((0.3..2.5).contains(&off), "{off} from a house, after {walked:?}");
+}
+
+/// From a view to the nearest wall, metres of the plan; below 0 inside of a house.
+fn off_houses(street: &SampleStreet, view: &str) -> f64 {
+    let [x, y, _] = position(view);
+    let cadastre = std::fs::read(street.survey.join("footprints.geojson")).expect("the cadastre");
+    let cadastre: Value = serde_json::from_slice(&cadastre).expect("JSON");
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let (mut nearest, mut inside) = (f64::INFINITY, false);
+    for feature in cadastre["features"].as_array().expect("houses") {
+        let ring = feature["geometry"]["coordinates"][0].as_array().expect("a ring");
+        for edge in ring.windows(2) {
+            let [a, b] = [0, 1].map(|end| [number(&edge[end][0]) - x, number(&edge[end][1]) - y]);
+            let along = [b[0] - a[0], b[1] - a[1]];
+            let share = -(a[0] * along[0] + a[1] * along[1]) / along[0].hypot(along[1]).powi(2);
+            let share = share.clamp(0.0, 1.0);
+            nearest = nearest.min((a[0] + share * along[0]).hypot(a[1] + share * along[1]));
+            inside ^= (a[1] > 0.0) != (b[1] > 0.0) && 0.0 < a[0] - a[1] * along[0] / along[1];
+        }
+    }
+    if inside { -nearest } else { nearest }
+}
+
 /// From a view to the nearest place where a photograph was taken, metres of the plan. The cameras of a
 /// rig stand within decimetres of its place.
 fn off_the_way(street: &SampleStreet, view: &str) -> f64 {

@@ -1,5 +1,8 @@
 //! The tape: the first click is its beginning, the second its end, the third begins anew.
 
+use flaneur_renderer::Sight;
+use glam::DVec3;
+
 use super::measurement::Measurement;
 use super::place::Place;
 
@@ -12,6 +15,8 @@ pub(super) struct Measuring {
     asked: usize,
     /// Another one each time that the tape is taken up or put away.
     round: u64,
+    /// The photograph that one wants to go to, and the place that it sees.
+    chosen: Option<(Sight, DVec3)>,
 }
 
 impl Measuring {
@@ -61,6 +66,25 @@ impl Measuring {
         &self.places
     }
 
+    /// The photographs that see the last place.
+    pub(super) fn sights(&self) -> &[Sight] {
+        self.places.last().map_or(&[], |place| &place.photographs)
+    }
+
+    /// Someone chooses one of them.
+    pub(super) fn choose(&mut self, index: usize) {
+        let place = self.places.last();
+        let chosen = place.and_then(|place| {
+            place.photographs.get(index).map(|sight| (sight.clone(), place.position))
+        });
+        self.chosen = chosen;
+    }
+
+    /// What was chosen since it was last asked.
+    pub(super) fn take_chosen(&mut self) -> Option<(Sight, DVec3)> {
+        self.chosen.take()
+    }
+
     /// What lies between the two places, once there are two.
     pub(super) fn measurement(&self) -> Option<Measurement> {
         match self.places.as_slice() {
@@ -72,8 +96,10 @@ impl Measuring {
 
 #[cfg(test)]
 mod tests {
+    use flaneur_scene::ImageId;
+    use glam::DVec2;
+
     use super::*;
-    use glam::DVec3;
 
     #[test]
     fn two_clicks_measure_and_a_third_begins_anew() {
@@ -93,6 +119,18 @@ mod tests {
         let (fourth, late) = (tape.ask(), tape.ask());
         tape.take(fourth, at(9.0));
         assert_eq!((tape.places().len(), tape.measurement()), (1, None));
+        assert!(tape.sights().is_empty());
+        tape.choose(0);
+        assert_eq!(tape.take_chosen(), None, "there is none");
+        let id = ImageId::new("7", "left").expect("a name");
+        let sight = Sight { id, pixel: DVec2::ZERO, distance_m: 4.0, share: 1.0 };
+        let seen = Place { photographs: vec![sight.clone()], ..Place::on(DVec3::Z, DVec3::Y) };
+        let fifth = tape.ask();
+        tape.take(fifth, Some(seen));
+        assert_eq!(tape.sights(), std::slice::from_ref(&sight));
+        tape.choose(0);
+        assert_eq!(tape.take_chosen(), Some((sight, DVec3::Y)));
+        assert_eq!(tape.take_chosen(), None, "once");
         tape.close();
         tape.toggle();
         tape.take(late, at(2.0));

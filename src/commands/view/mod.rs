@@ -9,6 +9,7 @@ mod painter;
 mod place;
 mod pose;
 mod start;
+mod surroundings;
 mod visitor;
 mod window;
 
@@ -27,6 +28,7 @@ use crate::viewpoints::{Size, Viewpoint, parse_budget, parse_fov};
 use opened::Opened;
 use painter::{PaintOptions, Painter};
 use pose::Pose;
+use surroundings::Surroundings;
 use visitor::Visitor;
 use window::{App, Scene, Told};
 
@@ -114,6 +116,7 @@ pub(crate) async fn run(arguments: ViewArguments, context: &Context) -> Result<(
     let app = App {
         visitor,
         painter,
+        surroundings: Surroundings::default(),
         scene,
         mode: arguments.mode,
         size,

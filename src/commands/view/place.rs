@@ -1,6 +1,6 @@
 //! Places on surfaces, as one clicks them.
 
-use flaneur_renderer::{Picked, PickedSurface};
+use flaneur_renderer::{Picked, PickedSurface, Sight};
 use flaneur_scene::SurfaceClass;
 use glam::DVec3;
 
@@ -22,8 +22,8 @@ pub(super) struct Place {
     pub(super) uncertainty_m: f64,
     /// What was surveyed there.
     pub(super) surface: PickedSurface,
-    /// The photograph that counts most in its colour.
-    pub(super) photograph: Option<String>,
+    /// The photographs that see it, the one that counts most in its colour first.
+    pub(super) photographs: Vec<Sight>,
 }
 
 /// What one does at a place: go there, face it, or look at it.
@@ -72,7 +72,7 @@ impl From<Picked> for Place {
             normal: picked.normal,
             uncertainty_m: picked.uncertainty_m,
             surface: picked.surface,
-            photograph: picked.seen_by.first().map(|sight| sight.id.to_string()),
+            photographs: picked.seen_by,
         }
     }
 }
@@ -82,7 +82,7 @@ impl Place {
     /// A point of a surface that faces `normal`, surveyed to five centimetres.
     pub(super) fn on(normal: DVec3, position: DVec3) -> Self {
         let surface = PickedSurface::Point;
-        Self { position, normal, uncertainty_m: 0.05, surface, photograph: None }
+        Self { position, normal, uncertainty_m: 0.05, surface, photographs: Vec::new() }
     }
 }
 

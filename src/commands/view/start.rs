@@ -11,12 +11,12 @@ use super::buildings::{Buildings, Walls};
 use super::ground::Ground;
 use super::opened::nearest;
 use super::pose::Pose;
+use super::surroundings::SURROUNDINGS_M;
 use super::visitor::EYE_HEIGHT;
 use crate::exit::Exit;
 use crate::source::stream_exit;
 
-/// Houses are asked for so far around the scene's middle, metres, and the terrain under one's feet.
-const SURROUNDINGS_M: f64 = 600.0;
+/// The terrain under one's feet is asked for so far around, metres.
 const FEET_M: f64 = 5.0;
 /// An open place is looked for so far, and a view is no farther, metres.
 const FARTHEST_M: f64 = 100.0;

@@ -2,6 +2,8 @@ import { describe, expect, it } from "vitest";
 import type { Pose } from "../view/pose";
 import { easeInOut, flightMs } from "./easing";
 import { flight, poseAt } from "./flight";
+import { slid } from "./slide";
+import cases from "./slide.cases.json";
 import { walked } from "./walk";
 
 const POSE: Pose = { eye: [100, 200, 11.6], headingDeg: 350, pitchDeg: 0, fovDeg: 65 };
@@ -99,6 +101,18 @@ describe("walking", () => {
     expect(eye[1]).toBeLessThan(205);
     // Ten seconds at 3 m/s, at least half of them along the wall.
     expect(eye[0]).toBeGreaterThan(113);
+  });
+
+  it("goes beside walls as the window does", () => {
+    const contain = (x: number, y: number) =>
+      cases.houses.some(([w = 0, s = 0, e = 0, n = 0]) => w < x && x < e && s < y && y < n);
+    for (const { what, from, step, goes } of cases.steps) {
+      const [x = 0, y = 0] = slid([from[0] ?? 0, from[1] ?? 0], [step[0] ?? 0, step[1] ?? 0], {
+        contain,
+      });
+      expect(x, what).toBeCloseTo(goes[0] ?? Number.NaN, 5);
+      expect(y, what).toBeCloseTo(goes[1] ?? Number.NaN, 5);
+    }
   });
 
   it("is free for who stands inside", () => {

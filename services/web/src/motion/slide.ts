@@ -12,7 +12,8 @@ const ASIDE_DEG = [0, 15, -15, 30, -30, 45, -45, 60, -60];
 
 /**
  * A step in plan that enters no building: where it would, what is left of it beside the wall. Who is
- * inside already, as beneath an arch, goes freely.
+ * inside already, as beneath an arch, goes freely. The window has the same rule, and both are tested
+ * with slide.cases.json.
  */
 export function slid(
   [x, y]: readonly [number, number],
@@ -27,7 +28,12 @@ export function slid(
     const [sin, cos] = [Math.sin(radians(aside)), Math.cos(radians(aside))];
     const [u, v] = [(dx * cos + dy * sin) / length, (dy * cos - dx * sin) / length];
     const reach = length * cos + CLEARANCE_M;
-    if (!walls.contain(x + u * reach, y + v * reach)) {
+    // A long step must not lead through a thin house.
+    let free = true;
+    for (let at = reach; free && at > 0; at -= CLEARANCE_M) {
+      free = !walls.contain(x + u * at, y + v * at);
+    }
+    if (free) {
       return [u * length * cos, v * length * cos];
     }
   }

@@ -3,6 +3,7 @@
 mod before;
 mod glide;
 mod keys;
+mod slide;
 #[cfg(test)]
 mod tests;
 
@@ -12,6 +13,7 @@ use std::time::Instant;
 
 use glam::{DVec2, DVec3, UVec2};
 
+use super::buildings::Walls;
 use super::ground::Ground;
 use super::place::{Place, PlaceKind};
 use super::pose::Pose;
@@ -19,6 +21,7 @@ use before::before;
 use glide::Glide;
 use keys::Keys;
 pub(super) use keys::Step;
+use slide::slid;
 
 /// Eyes of someone who comes down to the ground are so far above it, metres.
 pub(super) const EYE_HEIGHT: f64 = 1.6;
@@ -143,8 +146,8 @@ impl Visitor {
         }
     }
 
-    /// Lets time pass until `now`; whether they move.
-    pub(super) fn advance(&mut self, now: Instant, ground: &Ground) -> bool {
+    /// Lets time pass until `now`; whether they move. Who walks goes along walls, and who flies over them.
+    pub(super) fn advance(&mut self, now: Instant, ground: &Ground, walls: &impl Walls) -> bool {
         let seconds = now.saturating_duration_since(self.clock).as_secs_f64().min(LONGEST_STEP_S);
         self.clock = now;
         let before = self.pose;
@@ -161,11 +164,18 @@ impl Visitor {
         let speed = if self.hurries { SPEED * HASTE } else { SPEED };
         let way = ahead * course.ahead + right * course.right;
         let way = way.normalize_or_zero() * speed * seconds;
+        let way = if self.flies(ground) { way } else { slid(self.pose.eye.truncate(), way, walls) };
         let moved = self.pose.eye + way.extend(0.0);
         let turn = TURN * seconds * (self.pose.fov_y / WIDE).min(1.0);
         self.pose = self.pose.at(moved).turned(course.turn * turn, course.tilt * turn);
         self.follow(ground, seconds);
         !self.pose.is_like(&before)
+    }
+
+    /// Whether they are too high above the ground to walk on it.
+    fn flies(&self, ground: &Ground) -> bool {
+        let height = ground.height(self.pose.eye.truncate());
+        height.is_some_and(|height| !WALKING.contains(&(self.pose.eye.z - height)))
     }
 
     /// Keeps the eye as high above the ground as it was.

@@ -9,6 +9,20 @@ use super::*;
 
 const EYE: DVec3 = DVec3::new(651_010.0, 6_861_010.0, 41.7);
 
+/// Nothing is built.
+const NOTHING_BUILT: Built = Built { east_of: f64::INFINITY };
+
+/// All is built up east of some place.
+struct Built {
+    east_of: f64,
+}
+
+impl Walls for Built {
+    fn contain(&self, place: DVec2) -> bool {
+        place.x > self.east_of
+    }
+}
+
 /// Ground that rises by a tenth to the east, at 40 m under [`EYE`].
 fn slope() -> Ground {
     let heights = (0..400).map(|index| 40.0 + 0.1 * ((index % 20) as f32 * 5.0 - 10.0));
@@ -37,7 +51,7 @@ fn pass(visitor: &mut Visitor, from: Instant, ms: u64, ground: &Ground) -> (Inst
     let mut moves = false;
     while now < end {
         now = (now + Duration::from_millis(16)).min(end);
-        moves = visitor.advance(now, ground);
+        moves = visitor.advance(now, ground, &NOTHING_BUILT);
     }
     (now, moves)
 }
@@ -56,6 +70,25 @@ fn eyes_keep_their_height_above_the_ground() {
     let walked = visitor.pose().eye - EYE;
     assert!(!moves && (walked.x - 2.0 * SPEED).abs() < 0.1 && walked.y.abs() < 1e-6, "{walked}");
     assert!((walked.z - 0.1 * walked.x).abs() < 1e-4, "{walked}");
+}
+
+#[test]
+fn who_walks_ends_before_a_wall_and_who_flies_goes_over_it() {
+    let ground = slope();
+    let wall = Built { east_of: EYE.x + 4.0 };
+    let walk = |above: f64| {
+        let (mut visitor, mut now) = visitor();
+        visitor.pose.eye.z += above;
+        visitor.press(Step::Ahead, now);
+        for _ in 0..300 {
+            now += Duration::from_millis(16);
+            visitor.advance(now, &ground, &wall);
+        }
+        visitor.pose().eye - EYE
+    };
+    let walked = walk(0.0);
+    assert!((2.5..4.0).contains(&walked.x) && walked.y.abs() < 2.0, "{walked}");
+    assert!(walk(50.0).x > 12.0);
 }
 
 #[test]

@@ -2,12 +2,16 @@
 
 use std::time::Instant;
 
+use flaneur_renderer::Sight;
 use glam::{DVec2, DVec3};
 
 use super::{App, Told};
-use crate::commands::view::opened::nearest;
+use crate::commands::view::opened::{nearest, taken_at};
 use crate::commands::view::painter::{Click, Order, Purpose};
 use crate::commands::view::place::Place;
+
+/// Panoramas are looked for so much farther than a photograph says, metres: a camera is not its rig.
+const SLACK_M: f64 = 10.0;
 
 impl App {
     /// Someone clicks at a pixel of what is shown now.
@@ -36,6 +40,7 @@ impl App {
             (Purpose::Measure(round), place) => {
                 let measuring = &mut open.panels.measuring;
                 measuring.take(round, place);
+                tracing::debug!(photographs = measuring.sights().len(), "placed");
                 if let Some(measured) = measuring.measurement() {
                     tracing::debug!(distance_m = measured.distance, "measured");
                 }
@@ -48,6 +53,16 @@ impl App {
             }
             (Purpose::Go, None) => {}
         }
+    }
+
+    /// Looks for where a photograph was taken that sees a place, to go there and look at it.
+    pub(super) fn find_taken(&self, sight: Sight, place: DVec3) {
+        let (client, proxy) = (self.scene.client.clone(), self.proxy.clone());
+        tokio::spawn(async move {
+            let reach_m = sight.distance_m + SLACK_M;
+            let centre = taken_at(&client, &sight.id, place.truncate(), reach_m).await;
+            drop(proxy.send_event(Told::Taken(centre, place)));
+        });
     }
 
     /// Looks for the photograph nearest to a place, to go there.

@@ -1,7 +1,7 @@
 //! What can be done, and how.
 
 /// The same as on the web page, and what a window has besides.
-pub(super) const HELP: [(&str, &str); 14] = [
+pub(super) const HELP: [(&str, &str); 15] = [
     ("drag", "look around"),
     ("wheel, + and -", "zoom"),
     ("W A S D, up, down", "walk; with Shift faster"),
@@ -16,6 +16,7 @@ pub(super) const HELP: [(&str, &str); 14] = [
         "street, mesh, points, sources, uncertainty,\npoint colours, wireframe, depth, normals",
     ),
     ("M", "measure: two clicks give a distance"),
+    ("click a listed photograph", "go to where it was taken"),
     ("O or F1", "figures"),
     ("? or H", "this help; Esc leaves"),
     ("drop a scene", "open it"),

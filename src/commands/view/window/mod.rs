@@ -8,6 +8,7 @@ mod keys;
 mod layers;
 mod lead;
 mod panels;
+mod photographs;
 mod picture;
 mod pointer;
 mod ruler;
@@ -20,7 +21,7 @@ use std::time::{Duration, Instant};
 use flaneur_renderer::Mode;
 use flaneur_scene::Panorama;
 use flaneur_streamer::{Client, StreamOptions};
-use glam::{DVec3, UVec2};
+use glam::{DVec2, DVec3, UVec2};
 use tokio_util::sync::CancellationToken;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -29,9 +30,11 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::keyboard::ModifiersState;
 use winit::window::{Window, WindowId};
 
+use super::buildings::Buildings;
 use super::opened::Opened;
 use super::painter::{News, Order, Painter, Shown, Wish};
 use super::pose::Pose;
+use super::surroundings::{SURROUNDINGS_M, Surroundings};
 use super::visitor::Visitor;
 use crate::exit::Exit;
 use figures::Facts;
@@ -54,6 +57,10 @@ pub(super) enum Told {
     Painter(News),
     /// The photograph nearest to where one stands, or clicked twice.
     Photograph(Result<Option<(Panorama, DVec3)>, Exit>),
+    /// Where a photograph was taken, and a place that it shows.
+    Taken(Result<Option<DVec3>, Exit>, DVec3),
+    /// The houses around, by the number of the question; `None` where they could not be had.
+    Surroundings(u64, Option<Buildings>),
     /// A scene was dropped onto it and opened.
     Opened(Result<Box<Opened>, Exit>),
     /// The program is to end.
@@ -71,6 +78,7 @@ pub(super) struct Scene {
 pub(super) struct App {
     pub(super) visitor: Visitor,
     pub(super) painter: Painter,
+    pub(super) surroundings: Surroundings,
     pub(super) scene: Scene,
     pub(super) mode: Mode,
     /// Of the window at first, pixels.
@@ -181,9 +189,18 @@ impl ApplicationHandler<Told> for App {
             Told::Photograph(Ok(Some((_, centre)))) => {
                 self.visitor.go(self.visitor.pose().at(centre), Instant::now());
             }
+            Told::Taken(Ok(Some(centre)), place) => {
+                self.visitor.go(self.visitor.pose().at(centre).facing(place), Instant::now());
+            }
+            Told::Taken(Ok(None), _) => self.say("the photograph is not there any more".to_owned()),
             Told::Photograph(Ok(None)) => self.say("no photograph is near".to_owned()),
+            Told::Surroundings(question, found) => {
+                self.surroundings.take(question, found, Instant::now());
+            }
             Told::Opened(Ok(opened)) => self.go_over(*opened),
-            Told::Photograph(Err(exit)) | Told::Opened(Err(exit)) => self.say(exit.message()),
+            Told::Photograph(Err(exit)) | Told::Taken(Err(exit), _) | Told::Opened(Err(exit)) => {
+                self.say(exit.message());
+            }
         }
         if let Some(open) = &mut self.open {
             open.wake();
@@ -217,8 +234,12 @@ impl App {
     fn draw(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
         let Some(open) = &mut self.open else { return Ok(()) };
         let now = Instant::now();
-        let walks = self.visitor.advance(now, &self.painter.ground());
+        let walls = self.surroundings.buildings();
+        let walks = self.visitor.advance(now, &self.painter.ground(), walls);
         let pose = self.visitor.pose();
+        if let Some(question) = self.surroundings.ask(pose.eye.truncate(), now) {
+            self.scene.ask_around(pose.eye.truncate(), question, &self.proxy);
+        }
         // What came and went between two beats counts, too.
         let moved = walks || open.pointer.drags() || open.drawn != Some(pose);
         if moved {
@@ -253,10 +274,14 @@ impl App {
         };
         let (panels, again) = open.panels.lay_out(&open.window, event_loop, &facts);
         open.screen.draw(&view, panels)?;
+        let chosen = open.panels.measuring.take_chosen();
         open.moves = moved;
         open.again_at = again.map(|delay| now + delay.max(PACE));
         open.drawn_at = now;
         open.drawing = now.elapsed();
+        if let Some((sight, place)) = chosen {
+            self.find_taken(sight, place);
+        }
         Ok(())
     }
 
@@ -290,6 +315,7 @@ impl App {
 
     fn go_over(&mut self, opened: Opened) {
         self.scene = Scene::of(&opened);
+        self.surroundings.clear();
         self.visitor = Visitor::new(opened.start, Instant::now());
         self.painter.order(Order::Open(Box::new(opened)));
         if let Some(open) = &mut self.open {
@@ -309,6 +335,18 @@ impl Scene {
         let client = opened.streamer.client().clone();
         let (crs, geographic_origin) = (info.crs.clone(), info.geographic_origin);
         Self { client, name: info.name.clone(), reference: Reference { crs, geographic_origin } }
+    }
+
+    /// Asks for the houses around a place.
+    fn ask_around(&self, place: DVec2, question: u64, proxy: &EventLoopProxy<Told>) {
+        let (client, proxy) = (self.client.clone(), proxy.clone());
+        tokio::spawn(async move {
+            let found = Buildings::around(&client, place, SURROUNDINGS_M).await;
+            if let Err(error) = &found {
+                tracing::warn!("one walks through houses: {}", error.message());
+            }
+            drop(proxy.send_event(Told::Surroundings(question, found.ok())));
+        });
     }
 }
 

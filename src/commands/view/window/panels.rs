@@ -9,7 +9,7 @@ use winit::window::Window;
 
 use super::figures::{Facts, figures};
 use super::help::{HELP, HINT};
-use super::{ruler, screen, tape};
+use super::{photographs, ruler, screen, tape};
 use crate::commands::view::measuring::Measuring;
 
 /// Margin of what stands at the window's borders, points.
@@ -114,6 +114,7 @@ impl PanelState {
             // Where nobody clicks: the ground is below.
             let lines = tape::lines(&self.measuring, facts.reference);
             label(context, "tape", Align2::RIGHT_TOP, &lines.join("\n"));
+            photographs::show(context, &mut self.measuring);
         }
         if self.shows_hint && !self.measuring.is_on() {
             label(context, "hint", Align2::LEFT_BOTTOM, HINT);
@@ -201,6 +202,6 @@ fn show_help(context: &egui::Context, open: &mut bool) {
 }
 
 /// From a side of the window towards its middle.
-fn inward(side: Align2) -> [f32; 2] {
+pub(super) fn inward(side: Align2) -> [f32; 2] {
     side.0.map(|align| MARGIN * -align.to_sign())
 }

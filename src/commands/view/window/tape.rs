@@ -58,9 +58,10 @@ pub(super) fn lines(measuring: &Measuring, reference: &Reference) -> Vec<String>
         lines.push(format!("{letter}  {} {unsure}", coordinates(place.position)));
         let wgs84 = reference.geographic(place).map(|at| format!("WGS84 {at}"));
         lines.extend(wgs84.map(|at| format!("     {at}")));
-        let photograph = place.photograph.as_ref();
-        let seen =
-            photograph.map_or("no photograph sees it".to_owned(), |id| format!("photograph {id}"));
+        let seen = match place.photographs.first() {
+            Some(sight) => format!("photograph {}", sight.id),
+            None => "no photograph sees it".to_owned(),
+        };
         lines.push(format!("     {}, {seen}", place.what()));
     }
     if !measuring.places().is_empty() {
