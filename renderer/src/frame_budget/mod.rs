@@ -105,6 +105,16 @@ const fn rung(
     Rung { rigs, points, hypotheses, align, resolution, ms }
 }
 
+/// That of the frame after the very first: whoever takes a first step would wait for what is too exact,
+/// and for the frames that it takes to find that out.
+fn second_rung(budget: Duration) -> usize {
+    let ms = AIM * budget.as_secs_f64() * 1e3;
+    let fits = |rung: &Rung| rung.ms <= ms;
+    let measured = LADDER.iter().take_while(|rung| !FRONT.last().is_some_and(|last| *rung == last));
+    let longer = measured.take_while(|rung| !fits(rung)).count();
+    longer.max(LADDER.len() / 3)
+}
+
 /// How a budget fares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BudgetStanding {
@@ -121,12 +131,13 @@ pub struct BudgetStanding {
 }
 
 impl FrameBudget {
-    /// Frames of about `budget`: a first one soon, then of a middling exactness.
+    /// Frames of about `budget`: a first one soon, then of a middling exactness, or of less where a
+    /// middling one took longer than that where the front was measured.
     pub fn new(budget: Duration) -> Self {
         Self {
             budget,
             begun: false,
-            rung: LADDER.len() / 3,
+            rung: second_rung(budget),
             times: Vec::with_capacity(WINDOW),
             to_ignore: UNSETTLED,
             ceiling: None,

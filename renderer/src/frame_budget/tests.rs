@@ -71,6 +71,20 @@ fn the_first_frame_comes_soon_and_the_second_is_of_a_middling_exactness() {
 }
 
 #[test]
+fn the_second_frame_is_no_more_exact_than_what_the_budget_allowed_where_the_front_was_measured() {
+    for ms in [50, 80, 100, 120] {
+        let mut budget = FrameBudget::new(Duration::from_millis(ms));
+        budget.observe(Duration::from_secs(1));
+        let rung = &LADDER[budget.rung];
+        let measured = FRONT.last().expect("measured");
+        assert!(rung.ms <= ms as f64 || rung == measured, "{ms}: {rung:?}");
+        assert!(rung.ms >= measured.ms && budget.rung >= LADDER.len() / 3, "{ms}: {rung:?}");
+    }
+    // What nobody measured is not begun with: where it is needed it is found.
+    assert_eq!(LADDER[second_rung(Duration::from_millis(1))], *FRONT.last().expect("measured"));
+}
+
+#[test]
 fn who_comes_later_begins_where_the_last_one_stood() {
     let slow = Machine { nothing: 5.0, per_rig: 20.0, per_megapoint: 1.0, megapoints: 1.0 };
     let mut budget = FrameBudget::new(Duration::from_millis(100));
