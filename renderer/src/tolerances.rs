@@ -44,7 +44,8 @@ pub const EXPOSED_ALIKE: f64 = 0.05;
 /// leaves nobody out, and the reach of its cameras is rounded up.
 pub const AT_MOST_RELATIVE: f64 = 2e-3;
 
-/// By how much a share that begins to be heard may change where its weight changes by a hundred-thousandth.
+/// By how much a share that begins to be heard, twice as fast as its weight grows, may change where that
+/// changes by half of a hundred-thousandth.
 pub const HEARD_STEP: f64 = 1.1e-5;
 
 /// A depth test is compared only where it is decided by more than this share of the depth.

@@ -1,8 +1,9 @@
 //! What is heard of rigs when nearer ones have spoken, in f64.
 //!
 //! The nearest two rigs speak first. Let S be the sum of their weights at a place. Of another rig's
-//! weight w, max(0, w - UNHEARD S) counts: a rig whose share would be less than can be seen has none,
-//! and no share jumps as the eye moves. Where the nearest do not see the place, S is 0 and nothing changes.
+//! weight w, min(w, max(0, 2 (w - UNHEARD S))) counts: a rig whose share would hardly be seen has none, one
+//! of twice as much has all of it, and no share jumps as the eye moves. Where the nearest do not see the place,
+//! S is 0 and nothing changes.
 //!
 //! So a rig needs to be asked only where its weight may exceed UNHEARD S. Equation 4 is greatest where a
 //! camera is as near to the place, and its direction as near to the normal, as those of the rig can
@@ -17,8 +18,9 @@ use crate::shade::reference::park_weight;
 
 /// How many of the rigs nearest to the eye speak first.
 pub(crate) const NEAREST: usize = 2;
-/// Share of what they say that is not heard of others: a step of 8 bits.
-pub(crate) const UNHEARD: f64 = 1.0 / 256.0;
+/// Share of what they say that is not heard of others. Photographs of one place differ by a few hundredths, so
+/// that this is a fraction of a step of 8 bits: a quarter of it is no nearer to photographs that were held out.
+pub(crate) const UNHEARD: f64 = 1.0 / 64.0;
 
 /// The greatest weight, but for the rig's own share, that any camera of a rig can have at a place where the
 /// normal is `n`. The cameras are `reach_m` from `centre` at most; `eye_distance_2` is the square of the rig's
@@ -42,5 +44,5 @@ pub(crate) fn at_most(
 
 /// What is heard of a weight. `said`: the weight of the nearest rigs.
 pub(crate) fn heard(weight: f64, said: f64) -> f64 {
-    (weight - UNHEARD * said).max(0.0)
+    (2.0 * (weight - UNHEARD * said)).clamp(0.0, weight)
 }

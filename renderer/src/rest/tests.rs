@@ -188,11 +188,12 @@ fn many_rigs_are_asked_together() {
 fn hearing_is_continuous() {
     assert_eq!(heard(0.3, 0.0), 0.3);
     assert_eq!(heard(UNHEARD, 1.0), 0.0);
-    let mut before = 0.0;
-    for i in 0..1000 {
-        let now = heard(1e-5 * f64::from(i), 1.0);
-        assert!(now >= before && now - before < HEARD_STEP);
+    let (mut before, mut weight) = (0.0, 0.0);
+    for i in 0..8000 {
+        weight = 5e-6 * f64::from(i);
+        let now = heard(weight, 1.0);
+        assert!(now >= before && now <= weight && now - before < HEARD_STEP);
         before = now;
     }
-    assert!(before > 0.0);
+    assert_eq!(before, weight, "it ends up as a whole");
 }
