@@ -40,6 +40,7 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("NEAREST_M", shade::reference::NEAREST_M),
         ("SEEN_COSINE", shade::reference::SEEN_COSINE),
         ("FEATHER", shade::reference::FEATHER),
+        ("INFERRED_OFF", shade::reference::INFERRED_OFF),
         ("TILE", tiles::TILE.into()),
         ("UNHEARD", rest::reference::UNHEARD),
         ("MAX_RIGS", rest::MAX_RIGS as f64),

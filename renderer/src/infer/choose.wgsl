@@ -18,7 +18,7 @@ struct Before {
 
 // What a hypothesis as far from the diffused one as the backdrop half way costs more: enough
 // where a saturated sky agrees with everything.
-const PRIOR: f32 = 0.004;
+const PRIOR: f32 = 0.01;
 // What a hypothesis costs less that the picture before this one settled on: enough where two
 // are about as good, so that pixels do not change their minds at every step.
 const KEPT: f32 = 0.004;

@@ -39,7 +39,7 @@ pub(crate) const LEAST_INVERSE: f64 = 1e-9;
 pub(crate) const WORST: f64 = 0.12;
 pub(crate) const UNSEEN: f64 = 0.08;
 pub(crate) const REACH: u32 = 5;
-pub(crate) const PRIOR: f64 = 0.004;
+pub(crate) const PRIOR: f64 = 0.01;
 pub(crate) const KEPT: f64 = 0.004;
 
 /// What a pixel shows.

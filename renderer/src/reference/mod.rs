@@ -38,6 +38,7 @@ use glam::{DVec3, UVec2};
 
 #[cfg(test)]
 use crate::align::reference::Level;
+use crate::shade::reference::INFERRED_OFF;
 use crate::{Mode, Settings, Surface};
 
 mod alignment;
@@ -267,7 +268,7 @@ impl Painter<'_> {
         let pixels_per_m = self.view.pixels_a_metre(depth_m);
         let moves = self.aligned.map(|aligned| aligned.moves(at.as_dvec2() + 0.5, depth_m));
         let position = self.view.eye() + met.position;
-        self.rigs.blend(position, &met.shown, pixels_per_m, moves)
+        self.rigs.blend(position, &met.shown, share_off(met), pixels_per_m, moves)
     }
 
     /// Colours for the inferred pixels without one, from those that have one.
@@ -327,6 +328,14 @@ impl Painter<'_> {
         // Nothing may be measured at what is inferred.
         let place = (!is_inferred).then_some(Place { position: met.position, depth_m, normal });
         Pixel { rgb, surface, place, ray, doubt }
+    }
+}
+
+/// Share of its distance from the eye by which what a pixel shows may be off.
+fn share_off(met: &surfaces::Met) -> f64 {
+    match met.what {
+        What::Inferred => INFERRED_OFF,
+        What::Mesh { .. } | What::Point { .. } | What::Completed => 0.0,
     }
 }
 

@@ -15,7 +15,7 @@ use crate::frustum::Frustum;
 use crate::gains::reference::{FOOTPRINT, LEAST_TEXELS, agreement, continuity, known_surface};
 use crate::mesh::reference::NO_MESH_M;
 use crate::pinhole::{MAX_TANGENT, Pinhole};
-use crate::shade::reference::NEAREST_DEPTH_M;
+use crate::shade::reference::{NEAREST_DEPTH_M, pixels_off};
 use crate::surface::reference::Shown;
 
 /// Fewer texels a pixel than these are rounding: the full level alone is exact.
@@ -115,6 +115,20 @@ impl<'a> Photograph<'a> {
     /// pixels `step` times as wide.
     pub(super) fn look_up(&self, seen: &Seen, pixels_per_m: f64, step: f64) -> (DVec3, f64) {
         self.pyramid.at(seen.pixel, self.texels_per_pixel(seen, pixels_per_m) * step)
+    }
+
+    /// The same of pixels as wide as that, but of a place that may be off by a `share` of its distance
+    /// from an eye at `eye` (world).
+    pub(super) fn look_up_unsure(
+        &self,
+        seen: &Seen,
+        pixels_per_m: f64,
+        eye: DVec3,
+        share: f64,
+    ) -> (DVec3, f64) {
+        let from_eye = seen.position - self.camera.cam_from_world(eye);
+        let off = pixels_off(share, from_eye, seen.position, self.lens.intrinsics.fy);
+        self.pyramid.at(seen.pixel, self.texels_per_pixel(seen, pixels_per_m).max(off))
     }
 
     /// Linear colours to the four corners around a place, `reach` pixels of that picture aside, where

@@ -180,12 +180,14 @@ impl<'a> Rigs<'a> {
     }
 
     /// What the best camera of each rig says about a place (world), together; `None` where none
-    /// of them sees it. `pixels_per_m` is the scale of the picture at the place.
+    /// of them sees it. `off` is the share of its distance by which it may be, `pixels_per_m` the scale of
+    /// the picture there.
     /// `moves` are for photographs that are aligned.
     pub(super) fn blend(
         &self,
         position: DVec3,
         shown: &Shown,
+        off: f64,
         pixels_per_m: f64,
         moves: Option<Moves>,
     ) -> Option<Blend> {
@@ -208,7 +210,7 @@ impl<'a> Rigs<'a> {
             } else {
                 photograph.displaced(&seen, position + offset)
             };
-            let (colour, inside) = photograph.look_up(&found, pixels_per_m, 1.0);
+            let (colour, inside) = photograph.look_up_unsure(&found, pixels_per_m, self.eye, off);
             let weight = park_weight(shown.normal, position, photograph.centre(), rig.nearest_2)
                 * feather_weight(score)
                 * mask_weight(inside)

@@ -13,6 +13,8 @@ override OF_REST: bool = false;
 
 // Fewer texels a pixel than these are rounding: the full level alone is exact.
 const LEAST_TEXELS_PER_PIXEL: f32 = 1.015;
+// Share of its distance from the eye by which an inferred place may be off.
+const INFERRED_OFF: f32 = 0.2;
 
 // place: of it, kind, normal and relief. view_depth: as `view_depth_of` has it.
 fn weighted_colour(place: Place, seen: Projected, view_depth: f32) -> vec4<f32> {
@@ -22,7 +24,8 @@ fn weighted_colour(place: Place, seen: Projected, view_depth: f32) -> vec4<f32> 
     // keeps it, at every draw with another value of any uniform.
     let visible = select(1.0, visible_share(place, n, seen), eye.tests_depth);
     let cosine = -dot(n, seen.position) * inverseSqrt(max(distance_2, 1e-12));
-    let texel = look_up(seen.pixel, texels_per_pixel(seen.position.z, view_depth));
+    let texels = max(texels_per_pixel(seen.position.z, view_depth), texels_off(place, seen));
+    let texel = look_up(seen.pixel, min(texels, photograph.max_texels));
     let weight = park_weight(cosine, distance_2, photograph.eye_distance_2)
         * feather_weight(seen.border * photograph.closeness)
         * mask_weight(texel.a)
@@ -67,6 +70,15 @@ fn visible_share(place: Place, n: vec3<f32>, seen: Projected) -> f32 {
     let visible = visibilities(z, bias, relief, occluders);
     let u = 1.0 - t;
     return dot(vec4(u.x, t.x, t.x, u.x) * vec4(t.y, t.y, u.y, u.y), visible);
+}
+
+// How many texels of the photograph's full level it may be off where it sees a place of unsure depth:
+// it is asked what it shows on the whole there. Equation in shade/reference.rs.
+fn texels_off(place: Place, seen: Projected) -> f32 {
+    let share = select(0.0, INFERRED_OFF, place.kind == SHOWS_INFERRED);
+    let centre = turned(photograph.centre);
+    let moved = length(centre.xy - seen.normalised * centre.z);
+    return share * photograph.lens.focal.y * moved / seen.position.z;
 }
 
 // Depth of a place along the view's axis, metres; 1 at any depth of an orthographic view, where all

@@ -16,6 +16,12 @@
 //! camera takes over where the two scores are equal. The rig's say does not jump there, because
 //! its distance from the eye is one for all its cameras, and because what counts as near the border
 //! is decided by the score.
+//!
+//! Where a depth is inferred the place p, from the eye, may as well be at (1 ± σ) p, with σ a fifth. A
+//! photograph that has it at depth z and at the normalised coordinates n of its own frame, of whose
+//! axes p has the coordinates (x, y, z_p), would to first order show it `f σ |(x, y) - n z_p| / z` pixels
+//! aside. So it is asked for the mean of about as many: what is guessed is shown as finely as it is
+//! known, and a photograph where the eye is shows all that it has.
 
 use glam::DVec3;
 
@@ -29,6 +35,8 @@ pub(crate) const NEAREST_M: f64 = 0.05;
 pub(crate) const SEEN_COSINE: f64 = 0.01;
 /// Share of the picture's shorter side over which a photograph fades towards its border.
 pub(crate) const FEATHER: f64 = 0.05;
+/// Share of its distance from the eye by which an inferred place may be off.
+pub(crate) const INFERRED_OFF: f64 = 0.2;
 
 /// `eye_distance_2`: the square of `dist_uk`, metres.
 pub(crate) fn park_weight(n: DVec3, place: DVec3, photograph: DVec3, eye_distance_2: f64) -> f64 {
@@ -40,6 +48,15 @@ pub(crate) fn park_weight(n: DVec3, place: DVec3, photograph: DVec3, eye_distanc
     cosine.powi(4)
         / ((to_photograph.length_squared() + NEAREST_M.powi(2))
             * (eye_distance_2 + NEAREST_M.powi(2)))
+}
+
+/// Pixels of a photograph by which a place may be elsewhere in it that is off by a `share` of its distance
+/// from the eye. `from_eye`, `from_photograph`: the place, in the axes of the photograph, metres.
+/// `focal`: of the photograph, pixels.
+pub(crate) fn pixels_off(share: f64, from_eye: DVec3, from_photograph: DVec3, focal: f64) -> f64 {
+    let z = from_photograph.z;
+    let seen_at = from_photograph.truncate() / z;
+    share * focal * (from_eye.truncate() - seen_at * from_eye.z).length() / z
 }
 
 pub(crate) fn feather_weight(border: f64) -> f64 {

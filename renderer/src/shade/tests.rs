@@ -3,7 +3,7 @@
 use flaneur_scene::srgb_from_linear;
 use glam::DVec3;
 
-use super::reference::{edge_weight, feather_weight, mask_weight, park_weight};
+use super::reference::{edge_weight, feather_weight, mask_weight, park_weight, pixels_off};
 use crate::kernel_tests::run;
 use crate::tolerances::{DECODED_255, WEIGHT_ABSOLUTE, WEIGHT_RELATIVE};
 
@@ -61,6 +61,26 @@ fn device_and_reference_agree() {
             let allowed = WEIGHT_RELATIVE * expected + WEIGHT_ABSOLUTE;
             assert!((found - expected).abs() <= allowed, "{found} for {expected} at {share}");
         }
+    }
+}
+
+/// Against a place that is moved along the ray of the eye, and projected again.
+#[test]
+fn a_place_of_unsure_depth_is_off_along_the_ray() {
+    let photograph = DVec3::new(0.4, -0.2, -3.0);
+    let (focal, share) = (700.0, 1e-6);
+    for i in 0..50 {
+        let t = f64::from(i);
+        let place = DVec3::new(4.0 * t.sin(), 3.0 * (2.0 * t).cos(), 5.0 + t);
+        let pixel = |place: DVec3| {
+            let position = place - photograph;
+            focal * position.truncate() / position.z
+        };
+        let moved = pixel(place * (1.0 + share)).distance(pixel(place));
+        let found = pixels_off(share, place, place - photograph, focal);
+        assert!((found - moved).abs() < 1e-3 * moved + 1e-12, "{found} for {moved} at {place}");
+        // Where the eye is at the photograph, it is where it is whatever its depth.
+        assert!(pixels_off(share, place, place, focal) < 1e-12);
     }
 }
 
