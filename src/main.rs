@@ -4,6 +4,7 @@
 
 mod atomic_file;
 mod commands;
+mod descriptors;
 mod evaluation;
 mod exit;
 mod interrupt;

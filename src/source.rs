@@ -14,9 +14,9 @@ use crate::exit::Exit;
 /// How long a server may take to accept a connection.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(10);
 /// How often a server that owes an answer is asked whether it lives, and how long it may take to say
-/// so.
+/// so: on a slow connection what it sent before comes first.
 const ALIVE_INTERVAL: Duration = Duration::from_secs(5);
-const ALIVE_TIMEOUT: Duration = Duration::from_secs(10);
+const ALIVE_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Tells the streamer what a renderer did by itself to make room.
 pub(crate) fn note(events: &mut Events<'_>, applied: &Applied) {

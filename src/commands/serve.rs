@@ -11,6 +11,7 @@ use flaneur_services::store::{Catalog, Store, StoreError};
 use flaneur_streamer::{FetchLimits, Servers};
 
 use super::Context;
+use crate::descriptors;
 use crate::exit::Exit;
 use crate::memory::GpuMemory;
 use crate::output;
@@ -80,7 +81,8 @@ pub(crate) async fn run(arguments: ServeArguments, context: &Context) -> Result<
         Some(servers) => Some(rendering(servers, &arguments).await?),
         None => None,
     };
-    let limits = Limits { calls: arguments.max_calls, ..Limits::default() };
+    let connections = descriptors::connections(Limits::default().connections);
+    let limits = Limits { calls: arguments.max_calls, connections, ..Limits::default() };
     let offer = Offer { data, rendering };
     let server = Server::bind(offer, arguments.listen, limits).await.map_err(of_server)?;
     output::print(&format!("serving http://{}\n", server.address()))?;

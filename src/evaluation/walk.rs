@@ -24,7 +24,7 @@ pub(crate) struct Report {
     pub(crate) ms_to_ssim_090: Option<f64>,
     /// The same for 0.95.
     pub(crate) ms_to_ssim_095: Option<f64>,
-    /// Bytes of all messages received, without what HTTP/2 and TCP add.
+    /// Bytes that TCP carried to the visitor.
     pub(crate) bytes: u64,
     /// Bytes of those that no frame ever showed: of what was given up before it was whole, of what was
     /// damaged or came twice, and of what was not wanted any more when it came and never was again. With
@@ -54,7 +54,7 @@ pub(crate) struct Report {
 pub(crate) struct Sample {
     /// When it came on screen.
     pub(crate) ms: f64,
-    /// Bytes received when its rendering began.
+    /// Bytes of messages received when its rendering began.
     pub(crate) bytes: u64,
     /// Structural similarity, 1 for equal pictures.
     pub(crate) ssim: f64,

@@ -12,7 +12,7 @@ use flaneur_proto::v1;
 use flaneur_scene::{SceneUpdate, View};
 use flaneur_streamer::{Event, Servers, Statistics, StreamError, Streamer, ViewRequest};
 use glam::{DVec3, UVec2};
-use liar::{Answer, Liar, connect, jpeg, part};
+use liar::{Answer, Liar, connect, connect_slowly, jpeg, part};
 use tonic::{Code, Status};
 
 /// What came of streaming a view.
@@ -166,4 +166,30 @@ async fn where_one_falls_silent_another_is_asked() {
     assert!(outcome.statistics.retries > 0 && outcome.statistics.failovers == 1, "{outcome:?}");
     // The one that was given up need not go on.
     watch.ended().await;
+}
+
+/// What comes drop by drop comes in the end, in one piece and at one go.
+#[tokio::test(start_paused = true)]
+async fn a_slow_connection_is_no_silence() {
+    let mut picture = jpeg(16, 16);
+    // A comment that takes half a minute.
+    let comment: Vec<u8> = [0xff, 0xfe, 0x75, 0x32].into_iter().chain([7; 30_000]).collect();
+    picture.splice(2..2, comment);
+    let liar = Liar::images(move |key| vec![part(key, picture.len() as u64, 0, &picture)]);
+    let outcome = stream(connect_slowly(liar, 1000).await).await;
+    assert_eq!((outcome.photographs, outcome.faults.len()), (1, 0), "{outcome:?}");
+    assert_eq!(outcome.statistics.retries, 0, "{outcome:?}");
+}
+
+/// Not photographs alone: whatever a server says of a scene.
+#[tokio::test(start_paused = true)]
+async fn what_makes_no_sense_is_had_from_another() {
+    for liar in [
+        Liar { panorama_x: f64::NAN, ..Liar::honest() },
+        Liar { scene_max_x: f64::NAN, ..Liar::honest() },
+    ] {
+        let outcome = stream(vec![connect(liar).await, connect(Liar::honest()).await]).await;
+        assert_eq!((outcome.photographs, outcome.faults.len()), (1, 0), "{outcome:?}");
+        assert_eq!(outcome.statistics.failovers, 1, "{outcome:?}");
+    }
 }

@@ -14,8 +14,9 @@ use super::routes::{Answers, Limits, Offer};
 /// How long calls in flight may go on once the server is asked to stop.
 const DRAIN: Duration = Duration::from_secs(10);
 
-/// How often a quiet connection is asked whether it lives, and how long it may take to say so.
-const KEEPALIVE: (Duration, Duration) = (Duration::from_secs(30), Duration::from_secs(20));
+/// How often a quiet connection is asked whether it lives, and how long it may take to say so: it hears
+/// of it behind all that was sent before.
+const KEEPALIVE: (Duration, Duration) = (Duration::from_secs(30), Duration::from_secs(60));
 
 /// Connections that may wait to be accepted; systems may grant fewer.
 const BACKLOG: u32 = 4096;

@@ -202,15 +202,15 @@ fn report(
     let Size(size) = arguments.size;
     let passed = walked.statistics;
     let looked_up = passed.cache_hits + passed.cache_misses;
+    let carried = walked.profile.tcp_bytes_down.max(passed.bytes_received);
     Report {
         first_picture_ms: walked.first_picture.map(|shown| shown.ms),
         first_picture_bytes: walked.first_picture_bytes,
         ms_to_ssim_090: Sample::reached(&samples, 0.90),
         ms_to_ssim_095: Sample::reached(&samples, 0.95),
-        bytes: passed.bytes_received,
+        bytes: carried,
         // What was cut off within a message no message tells of.
-        bytes_wasted: passed.bytes_wasted
-            + walked.profile.tcp_bytes_down.saturating_sub(passed.bytes_received),
+        bytes_wasted: passed.bytes_wasted + carried.saturating_sub(passed.bytes_received),
         cache_hit_rate: passed.cache_hits as f64 / looked_up.max(1) as f64,
         requests: passed.requests,
         cancelled: passed.cancelled,

@@ -1,17 +1,12 @@
 //! The messages of one call.
 
-use std::time::Duration;
-
 use prost::Message;
 use tokio::sync::OwnedSemaphorePermit;
 use tonic::Streaming;
 
-use super::{Client, in_time};
+use super::Client;
 use crate::StreamError;
 use crate::servers::Turn;
-
-/// How long a service may be silent before its call is given up.
-pub(super) const STALL: Duration = Duration::from_secs(15);
 
 /// A streaming response under way. Dropping it ends the call on the wire and makes room for
 /// the next one, and what has come of it and is not settled is noted as lost.
@@ -48,8 +43,13 @@ impl<M> Incoming<M> {
         self.client.servers.works(self.turn);
     }
 
+    /// Which server answers.
+    pub(crate) fn turn(&self) -> Turn {
+        self.turn
+    }
+
     /// What was received is no answer.
-    pub(super) fn distrust(&self) {
+    pub(crate) fn distrust(&self) {
         self.client.servers.fails(self.turn);
     }
 }
@@ -57,7 +57,7 @@ impl<M> Incoming<M> {
 impl<M: Message + 'static> Incoming<M> {
     /// The next message; `None` at the end, which settles what has come.
     pub(crate) async fn next(&mut self) -> Result<Option<M>, StreamError> {
-        let message = in_time(self.call, self.messages.message()).await;
+        let message = self.client.heard.in_time(self.call, self.messages.message()).await;
         let message = self.client.judged(self.turn, message)?;
         match &message {
             Some(message) => {

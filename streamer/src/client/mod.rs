@@ -1,5 +1,6 @@
 //! The calls of the data services, with everything that comes back checked.
 
+mod heard;
 mod incoming;
 mod payload;
 
@@ -16,7 +17,6 @@ use flaneur_scene::{Footprint, GroundTile, Node, NodeKey, Panorama, Region, Scen
 use futures::Stream;
 use prost::Message;
 use tokio::sync::Semaphore;
-use tonic::transport::Channel;
 use tonic::{Response, Status};
 
 pub(crate) use payload::{Part as Piece, Payloads};
@@ -24,7 +24,8 @@ pub(crate) use payload::{Part as Piece, Payloads};
 use crate::StreamError;
 use crate::servers::{Servers, Turn};
 use crate::traffic::Traffic;
-use incoming::{Incoming, STALL};
+use heard::{Heard, Listened};
+use incoming::Incoming;
 
 /// Calls under way at once; further ones wait their turn.
 const MAX_CALLS: usize = 32;
@@ -42,6 +43,7 @@ pub struct Client {
     scene: String,
     calls: Arc<Semaphore>,
     traffic: Arc<Traffic>,
+    heard: Heard,
 }
 
 /// One entry of a point hierarchy.
@@ -56,15 +58,14 @@ pub enum HierarchyEntry {
 impl Client {
     /// Every scene that the servers have, by name.
     pub async fn list_scenes(servers: impl Into<Servers>) -> Result<Vec<SceneInfo>, StreamError> {
-        let call = "ListScenes";
         let this = Self::new(servers, "");
-        let response = this
-            .ask(call, |channel| async move {
-                SceneServiceClient::new(channel).list_scenes(v1::ListScenesRequest {}).await
-            })
-            .await?;
-        let scenes = response.into_inner().scenes.into_iter();
-        scenes.map(|s| SceneInfo::try_from(s).map_err(StreamError::field(call))).collect()
+        let request = |channel| async move {
+            SceneServiceClient::new(channel).list_scenes(v1::ListScenesRequest {}).await
+        };
+        let read = |answer: v1::ListScenesResponse| {
+            answer.scenes.into_iter().map(SceneInfo::try_from).collect()
+        };
+        Ok(this.ask("ListScenes", request, read).await?.0)
     }
 
     /// A client of `scene`; nothing is sent yet.
@@ -74,6 +75,7 @@ impl Client {
             scene: scene.into(),
             calls: Arc::new(Semaphore::new(MAX_CALLS)),
             traffic: Arc::default(),
+            heard: Heard::default(),
         }
     }
 
@@ -89,27 +91,23 @@ impl Client {
 
     /// What the scene holds.
     pub async fn scene(&self) -> Result<SceneInfo, StreamError> {
-        let call = "GetScene";
-        self.traffic.request();
-        let request = v1::GetSceneRequest { scene: self.scene.clone() };
-        let response = self
-            .ask(call, |channel| {
-                let request = request.clone();
-                async move { SceneServiceClient::new(channel).get_scene(request).await }
-            })
-            .await?;
-        let message = response.into_inner();
-        self.traffic.received(message.encoded_len());
-        let absent = || FieldError::new("scene", "is absent");
-        let scene = message.scene.ok_or_else(absent).and_then(SceneInfo::try_from);
-        scene.map_err(StreamError::field(call))
+        let name = self.scene.clone();
+        let request = |channel| {
+            let request = v1::GetSceneRequest { scene: name.clone() };
+            async move { SceneServiceClient::new(channel).get_scene(request).await }
+        };
+        let read = |answer: v1::GetSceneResponse| {
+            let absent = || FieldError::new("scene", "is absent");
+            answer.scene.ok_or_else(absent).and_then(SceneInfo::try_from)
+        };
+        Ok(self.ask("GetScene", request, read).await?.0)
     }
 
-    /// The footprints that meet `region`, without attributes, in the order of the service.
+    /// The footprints that meet `region`, without attributes, in the order of the service, and which that is.
     pub(crate) async fn footprints(
         &self,
         region: Region,
-    ) -> Result<Vec<v1::Footprint>, StreamError> {
+    ) -> Result<(Vec<v1::Footprint>, Turn), StreamError> {
         let call = "StreamFootprints";
         let request = v1::StreamFootprintsRequest {
             geometry_only: true,
@@ -137,7 +135,7 @@ impl Client {
                 footprints.push(footprint);
             }
         }
-        Ok(footprints)
+        Ok((footprints, batches.turn()))
     }
 
     /// The footprints that meet `region`, without their attributes.
@@ -145,18 +143,18 @@ impl Client {
     /// # Errors
     /// Where the service fails, or sends what are no footprints.
     pub async fn buildings(&self, region: Region) -> Result<Vec<Footprint>, StreamError> {
-        let footprints = self.footprints(region).await?.into_iter();
-        footprints
-            .map(|one| Footprint::try_from(one).map_err(StreamError::field("StreamFootprints")))
-            .collect()
+        let (footprints, turn) = self.footprints(region).await?;
+        let footprints = footprints.into_iter().map(Footprint::try_from).collect();
+        self.believed("StreamFootprints", turn, footprints)
     }
 
-    /// The terrain tiles that meet `region`, of every `step`-th node, in the order of the service.
+    /// The terrain tiles that meet `region`, of every `step`-th node, in the order of the service, and which
+    /// that is.
     pub(crate) async fn ground(
         &self,
         region: Region,
         step: u32,
-    ) -> Result<Vec<v1::GroundTile>, StreamError> {
+    ) -> Result<(Vec<v1::GroundTile>, Turn), StreamError> {
         let call = "StreamGround";
         let request =
             v1::StreamGroundRequest { step, ..v1::StreamGroundRequest::new(&self.scene, region) };
@@ -171,7 +169,7 @@ impl Client {
             bounded(call, "heights", heights, MAX_GROUND_HEIGHTS)?;
             tiles.push(message);
         }
-        Ok(tiles)
+        Ok((tiles, messages.turn()))
     }
 
     /// The terrain in `region`, whole tiles of it with every node.
@@ -179,10 +177,9 @@ impl Client {
     /// # Errors
     /// Where the service fails, or sends what is no terrain.
     pub async fn terrain(&self, region: Region) -> Result<Vec<GroundTile>, StreamError> {
-        let tiles = self.ground(region, 1).await?.into_iter();
-        tiles
-            .map(|one| GroundTile::try_from(one).map_err(StreamError::field("StreamGround")))
-            .collect()
+        let (tiles, turn) = self.ground(region, 1).await?;
+        let tiles = tiles.into_iter().map(GroundTile::try_from).collect();
+        self.believed("StreamGround", turn, tiles)
     }
 
     /// The panoramas in `region` as they arrive: nearest first where it is a disc. Dropping
@@ -195,7 +192,10 @@ impl Client {
         let messages = self.open_panoramas(region).await?;
         Ok(futures::stream::try_unfold(messages, move |mut messages| async move {
             let Some(message) = messages.next().await? else { return Ok(None) };
-            let panorama = Panorama::try_from(message).map_err(StreamError::field(call))?;
+            let panorama = Panorama::try_from(message).map_err(|error| {
+                messages.distrust();
+                StreamError::field(call)(error)
+            })?;
             Ok(Some((panorama, messages)))
         }))
     }
@@ -250,12 +250,12 @@ impl Client {
         Ok(Payloads::new(parts, nodes, limit))
     }
 
-    /// One page of a point source's hierarchy, in one message.
+    /// One page of a point source's hierarchy, in one message, and whose it is.
     pub(crate) async fn hierarchy_page(
         &self,
         source: &str,
         page: NodeKey,
-    ) -> Result<v1::HierarchyPage, StreamError> {
+    ) -> Result<(v1::HierarchyPage, Turn), StreamError> {
         let call = "GetHierarchy";
         let request = v1::GetHierarchyRequest {
             scene: self.scene.clone(),
@@ -276,55 +276,73 @@ impl Client {
             bounded(call, "entries", entries, MAX_PAGE_ENTRIES)?;
             whole.entries.extend(message.entries);
         }
-        Ok(whole)
+        Ok((whole, pages.turn()))
     }
 
-    /// Where a point source was taken from.
-    pub(crate) async fn stations(&self, source: &str) -> Result<v1::Stations, StreamError> {
-        let call = "GetStations";
-        self.traffic.request();
-        let (scene, source) = (self.scene.clone(), source.to_owned());
-        let request = v1::GetStationsRequest { scene, source };
-        let response = self
-            .ask(call, |channel| {
-                let request = request.clone();
-                async move { PointServiceClient::new(channel).get_stations(request).await }
-            })
-            .await?;
-        let message = response.into_inner();
-        self.traffic.received(message.encoded_len());
-        Ok(message.stations.unwrap_or_default())
+    /// Where a point source was taken from, and who says so.
+    pub(crate) async fn stations(&self, source: &str) -> Result<(v1::Stations, Turn), StreamError> {
+        let asked = v1::GetStationsRequest { scene: self.scene.clone(), source: source.to_owned() };
+        let request = |channel| {
+            let request = asked.clone();
+            async move { PointServiceClient::new(channel).get_stations(request).await }
+        };
+        let read = |answer: v1::GetStationsResponse| Ok(answer.stations.unwrap_or_default());
+        self.ask("GetStations", request, read).await
     }
 
-    /// The answer to a call of one message, from the server whose turn it is. Where all fail it is
-    /// asked for again, as often as there are servers and once more.
-    async fn ask<T, F>(
+    /// What `read` makes of the answer to a call of one message, and the server whose turn it was. Where
+    /// that fails, or what it says is no answer, the next one is asked, as often as there are servers
+    /// and once more.
+    async fn ask<M: Message, T, F>(
         &self,
         call: &'static str,
-        request: impl Fn(Channel) -> F,
-    ) -> Result<T, StreamError>
+        request: impl Fn(Listened) -> F,
+        read: impl Fn(M) -> Result<T, FieldError>,
+    ) -> Result<(T, Turn), StreamError>
     where
-        F: Future<Output = Result<T, Status>>,
+        F: Future<Output = Result<Response<M>, Status>>,
     {
         let mut tries = 0;
         loop {
             let (turn, channel) = self.turn(call).await?;
-            match self.judged(turn, in_time(call, request(channel)).await) {
-                Err(error) if error.is_transient() && tries < self.servers.count() => tries += 1,
+            self.traffic.request();
+            let answer = self.judged(turn, self.heard.in_time(call, request(channel)).await);
+            let answer = answer.and_then(|answer| {
+                let message = answer.into_inner();
+                self.traffic.received(message.encoded_len());
+                self.believed(call, turn, read(message))
+            });
+            match answer {
+                Err(error) if error.is_server_at_fault() && tries < self.servers.count() => {
+                    tries += 1;
+                }
                 Ok(answer) => {
                     self.servers.works(turn);
-                    return Ok(answer);
+                    return Ok((answer, turn));
                 }
-                refused => return refused,
+                Err(refused) => return Err(refused),
             }
         }
+    }
+
+    /// What was read of an answer; a server that sends what is none is not asked for a while.
+    fn believed<T>(
+        &self,
+        call: &'static str,
+        turn: Turn,
+        read: Result<T, FieldError>,
+    ) -> Result<T, StreamError> {
+        read.map_err(|error| {
+            self.servers.fails(turn);
+            StreamError::field(call)(error)
+        })
     }
 
     /// Starts a streaming call once there is room for it.
     async fn open<M, F>(
         &self,
         call: &'static str,
-        request: impl FnOnce(Channel) -> F,
+        request: impl FnOnce(Listened) -> F,
     ) -> Result<Incoming<M>, StreamError>
     where
         F: Future<Output = Result<Response<tonic::Streaming<M>>, Status>>,
@@ -333,13 +351,14 @@ impl Client {
         let permit = permit.expect("the semaphore is never closed");
         let (turn, channel) = self.turn(call).await?;
         self.traffic.request();
-        let response = self.judged(turn, in_time(call, request(channel)).await)?;
+        let response = self.judged(turn, self.heard.in_time(call, request(channel)).await)?;
         Ok(Incoming::new(call, response.into_inner(), self.clone(), turn, permit))
     }
 
-    async fn turn(&self, call: &'static str) -> Result<(Turn, Channel), StreamError> {
+    async fn turn(&self, call: &'static str) -> Result<(Turn, Listened), StreamError> {
         let none = || StreamError::status(call)(Status::unavailable("there is no server to ask"));
-        self.servers.turn().await.ok_or_else(none)
+        let (turn, channel) = self.servers.turn().await.ok_or_else(none)?;
+        Ok((turn, self.heard.of(channel)))
     }
 
     /// The outcome of a call, or of a piece of one, after its server was blamed for it where it is at
@@ -369,16 +388,6 @@ fn checked(entry: v1::HierarchyEntry) -> Result<HierarchyEntry, FieldError> {
     }
     let key = entry.key.ok_or_else(|| FieldError::new("key", "is absent"))?;
     Ok(HierarchyEntry::Page(NodeKey::try_from(key).map_err(|e| e.within("key"))?))
-}
-
-async fn in_time<T>(
-    call: &'static str,
-    response: impl Future<Output = Result<T, Status>>,
-) -> Result<T, StreamError> {
-    match tokio::time::timeout(STALL, response).await {
-        Ok(response) => response.map_err(StreamError::status(call)),
-        Err(_) => Err(StreamError::Stalled { call, seconds: STALL.as_secs() }),
-    }
 }
 
 fn bounded(

@@ -6,6 +6,7 @@ use prost::Message;
 
 use super::incoming::Incoming;
 use crate::StreamError;
+use crate::servers::Turn;
 
 /// A message that carries a piece of a payload.
 pub(crate) trait Part: Message + Default + 'static {
@@ -70,6 +71,11 @@ impl<P: Part> Payloads<P> {
         }
         self.parts.settle();
         Ok(whole)
+    }
+
+    /// Which server answers.
+    pub(crate) fn turn(&self) -> Turn {
+        self.parts.turn()
     }
 
     /// What was received is not what there is: its server is not asked for a while.

@@ -19,6 +19,7 @@ use crate::StreamError;
 use crate::cache::{Cache, CacheKey, Checked, Rank};
 use crate::client::Client;
 use crate::plan::{BatchId, Part, Room};
+use crate::servers::Turn;
 use crate::survey::Target;
 use window::Window;
 
@@ -47,7 +48,16 @@ pub(crate) struct Landed {
     pub(crate) part: Part,
     /// Its payload, checked against what is known of it.
     pub(crate) payload: Result<Bytes, StreamError>,
-    /// Whether it came over the network, and for this batch rather than for someone else's.
+    /// Where that came from.
+    pub(crate) origin: Origin,
+}
+
+/// Where a payload came from.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Origin {
+    /// The server that sent it; `None` out of the cache.
+    turn: Option<Turn>,
+    /// Whether it was asked for by this batch, rather than by someone else's or before.
     pub(crate) fetched: bool,
 }
 
@@ -61,7 +71,7 @@ pub(crate) struct Interest {
 #[derive(Clone, Debug)]
 struct Flight {
     request: Weak<DropGuard>,
-    payload: watch::Receiver<Option<Result<Bytes, StreamError>>>,
+    payload: watch::Receiver<Came>,
 }
 
 impl Loader {
@@ -101,9 +111,12 @@ impl Loader {
         Arc::clone(&self.freed)
     }
 
-    /// Forgets a payload that turned out to be of no use.
-    pub(crate) fn forget(&self, part: &Part) {
+    /// Forgets a payload that turned out to be of no use. Who sent it is not asked for a while.
+    pub(crate) fn reject(&self, part: &Part, origin: Origin) {
         self.cache.remove(&self.key(part));
+        if let Some(turn) = origin.turn {
+            self.client.servers().fails(turn);
+        }
     }
 
     /// Has `parts` brought, all of one kind and about `bytes` long, each sent to `sink` as it comes, for
@@ -141,7 +154,8 @@ impl Loader {
                 Some(payload) => {
                     place.skip(&target);
                     // Where nobody listens, nobody needs to know.
-                    drop(sink.send(Landed { batch, part, payload: Ok(payload), fetched: false }));
+                    let (payload, origin) = (Ok(payload), Origin::default());
+                    drop(sink.send(Landed { batch, part, payload, origin }));
                 }
                 None => absent.push((part, target)),
             }
@@ -152,8 +166,11 @@ impl Loader {
             .map(|Joined { part, mut payload, fetched }| async move {
                 let outcome = payload.wait_for(Option::is_some).await;
                 let outcome = outcome.ok().and_then(|outcome| outcome.clone());
-                let payload = outcome.unwrap_or(Err(StreamError::Cancelled));
-                Landed { batch, part, payload, fetched }
+                let (payload, turn) = match outcome.unwrap_or(Err(StreamError::Cancelled)) {
+                    Ok((payload, turn)) => (Ok(payload), turn),
+                    Err(error) => (Err(error), None),
+                };
+                Landed { batch, part, payload, origin: Origin { turn, fetched } }
             })
             .collect();
         while let Some(landed) = flights.next().await {
@@ -186,7 +203,7 @@ impl Loader {
             // It may have landed since the cache was asked.
             if let Some(payload) = self.cache.at_hand(&self.key(&part)) {
                 place.skip(&target);
-                let payload = watch::channel(Some(Ok(payload))).1;
+                let payload = watch::channel(Some(Ok((payload, None)))).1;
                 joined.push(Joined { part, payload, fetched: false });
                 continue;
             }
@@ -213,14 +230,14 @@ impl Loader {
         place: InWindow,
         cancel: CancellationToken,
     ) {
-        let land = |part: &Part, payload: Result<Bytes, StreamError>| {
+        let land = |part: &Part, turn, payload: Result<Bytes, StreamError>| {
             if let Ok(payload) = &payload {
                 place.received(payload.len() as u64);
                 let rank = rank(part, payload);
                 // Owns its bytes: a slice would keep a whole message.
                 self.cache.insert(&self.key(part), payload.clone(), rank);
             }
-            self.land(part, &senders, payload);
+            self.land(part, &senders, payload.map(|payload| (payload, Some(turn))));
         };
         let outcome = tokio::select! {
             biased;
@@ -234,7 +251,7 @@ impl Loader {
         }
     }
 
-    fn land(&self, part: &Part, senders: &Senders, payload: Result<Bytes, StreamError>) {
+    fn land(&self, part: &Part, senders: &Senders, payload: Sent) {
         let Some(sender) = senders.get(part) else { return };
         let news = sender.send_if_modified(|landed| {
             let is_first = landed.is_none();
@@ -278,11 +295,15 @@ impl Loader {
 /// A part that someone waits for.
 struct Joined {
     part: Part,
-    payload: watch::Receiver<Option<Result<Bytes, StreamError>>>,
+    payload: watch::Receiver<Came>,
     fetched: bool,
 }
 
-type Senders = HashMap<Part, watch::Sender<Option<Result<Bytes, StreamError>>>>;
+/// A payload, and who sent it where someone did just now.
+type Sent = Result<(Bytes, Option<Turn>), StreamError>;
+/// `None` while it is under way.
+type Came = Option<Sent>;
+type Senders = HashMap<Part, watch::Sender<Came>>;
 
 /// What is known of a part's payload before it comes.
 pub(crate) fn expected(target: &Target) -> Option<Checked> {

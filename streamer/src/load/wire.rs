@@ -5,15 +5,16 @@ use std::collections::{BTreeMap, HashMap};
 
 use bytes::Bytes;
 use flaneur_proto::v1;
-use flaneur_scene::{Bounds2, Footprint, Panorama, Region, SceneInfo, TileLayer};
+use flaneur_scene::{Bounds2, Footprint, Panorama, Region, SceneInfo, TileKey, TileLayer};
 use prost::Message;
 
 use super::expected;
 use crate::StreamError;
 use crate::choose::{District, FootprintGrid, district_bounds, district_of};
 use crate::client::{Client, Payloads, Piece};
-use crate::decode::damaged;
+use crate::decode::{damaged, decoded};
 use crate::plan::Part;
+use crate::servers::Turn;
 use crate::survey::Target;
 
 /// Largest stored file that is taken.
@@ -24,13 +25,16 @@ const MAX_PANORAMAS: usize = 100_000;
 /// neighbours do not come along.
 const INSET: f64 = 0.25;
 
+/// Takes what has come of a part, and from whom.
+pub(super) type Land<'a> = &'a (dyn Fn(&Part, Turn, Result<Bytes, StreamError>) + Send + Sync);
+
 /// Fetches `parts`, all of one kind, and gives each to `land` as it comes. An error says nothing
 /// of the parts that have landed.
 pub(super) async fn fetch(
     client: &Client,
     scene: &SceneInfo,
     parts: &[(Part, Target)],
-    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+    land: Land<'_>,
 ) -> Result<(), StreamError> {
     let Some((first, _)) = parts.first() else { return Ok(()) };
     match first {
@@ -41,13 +45,13 @@ pub(super) async fn fetch(
         },
         Part::Page(page) => {
             let source = source_name(scene, page.source);
-            let answer = client.hierarchy_page(source, page.key).await?;
-            land(first, Ok(answer.encode_to_vec().into()));
+            let (answer, turn) = client.hierarchy_page(source, page.key).await?;
+            land(first, turn, Ok(answer.encode_to_vec().into()));
             Ok(())
         }
         Part::Stations(source) => {
-            let answer = client.stations(source_name(scene, *source)).await?;
-            land(first, Ok(answer.encode_to_vec().into()));
+            let (answer, turn) = client.stations(source_name(scene, *source)).await?;
+            land(first, turn, Ok(answer.encode_to_vec().into()));
             Ok(())
         }
         Part::Mask(_) | Part::Image { .. } => images(client, parts, land).await,
@@ -58,7 +62,7 @@ pub(super) async fn fetch(
 async fn images(
     client: &Client,
     parts: &[(Part, Target)],
-    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+    land: Land<'_>,
 ) -> Result<(), StreamError> {
     let keys = parts.iter().filter_map(|(_, target)| match target {
         Target::Mask(key, _) => Some(key.clone()),
@@ -73,7 +77,7 @@ async fn chunks(
     client: &Client,
     source: &str,
     parts: &[(Part, Target)],
-    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+    land: Land<'_>,
 ) -> Result<(), StreamError> {
     let keys = parts.iter().filter_map(|(part, _)| match part {
         Part::Node(id) => Some(id.key),
@@ -88,7 +92,7 @@ async fn deliver<P: Piece>(
     client: &Client,
     mut payloads: Payloads<P>,
     parts: &[(Part, Target)],
-    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+    land: Land<'_>,
 ) -> Result<(), StreamError> {
     for (part, target) in parts {
         let Some(payload) = payloads.next().await? else { break };
@@ -98,7 +102,7 @@ async fn deliver<P: Piece>(
             payloads.distrust();
             client.traffic().abandoned(length);
         }
-        land(part, payload);
+        land(part, payloads.turn(), payload);
     }
     Ok(())
 }
@@ -106,7 +110,7 @@ async fn deliver<P: Piece>(
 async fn panoramas(
     client: &Client,
     parts: &[(Part, Target)],
-    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+    land: Land<'_>,
 ) -> Result<(), StreamError> {
     let mut found: BTreeMap<District, Vec<u8>> = BTreeMap::new();
     let mut around = Bounds2::EMPTY;
@@ -116,24 +120,31 @@ async fn panoramas(
         include(&mut around, &district_bounds(*district));
     }
     let mut messages = client.open_panoramas(Region::Box(around)).await?;
-    let mut count = 0;
+    let mut received = Vec::new();
     while let Some(message) = messages.next().await? {
-        count += 1;
-        if count > MAX_PANORAMAS {
+        received.push(message);
+        if received.len() > MAX_PANORAMAS {
             let (call, limit) = (messages.call(), MAX_PANORAMAS);
             return Err(StreamError::TooMuch { call, what: "panoramas", limit });
         }
-        let panorama =
-            Panorama::try_from(message.clone()).map_err(StreamError::field(messages.call()))?;
-        let district = district_of(panorama.position.truncate());
-        // Those on the border of the region may be another district's.
-        if let Some(bytes) = district.and_then(|district| found.get_mut(&district)) {
-            bytes.extend_from_slice(&message.encode_length_delimited_to_vec());
-        }
     }
+    let call = messages.call();
+    let sorted = decoded(call, move || {
+        for message in received {
+            let bytes = message.encode_length_delimited_to_vec();
+            let panorama = Panorama::try_from(message).map_err(StreamError::field(call))?;
+            let district = district_of(panorama.position.truncate());
+            // Those on the border of the region may be another district's.
+            if let Some(found) = district.and_then(|district| found.get_mut(&district)) {
+                found.extend_from_slice(&bytes);
+            }
+        }
+        Ok(found)
+    });
+    let mut found = sorted.await.inspect_err(|_| messages.distrust())?;
     for (part, _) in parts {
         let Part::Panoramas(district) = part else { continue };
-        land(part, Ok(found.remove(district).unwrap_or_default().into()));
+        land(part, messages.turn(), Ok(found.remove(district).unwrap_or_default().into()));
     }
     Ok(())
 }
@@ -141,7 +152,7 @@ async fn panoramas(
 async fn footprints(
     client: &Client,
     parts: &[(Part, Target)],
-    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+    land: Land<'_>,
 ) -> Result<(), StreamError> {
     let mut found = BTreeMap::new();
     let mut around = Bounds2::EMPTY;
@@ -150,17 +161,24 @@ async fn footprints(
         found.insert(*key, v1::FootprintBatch::default());
         include(&mut around, &FootprintGrid::bounds(*key));
     }
-    for message in client.footprints(Region::Box(around)).await? {
-        let footprint =
-            Footprint::try_from(message.clone()).map_err(StreamError::field("StreamFootprints"))?;
-        let key = FootprintGrid::key(&footprint);
-        if let Some(tile) = key.and_then(|key| found.get_mut(&key)) {
-            tile.footprints.push(message);
+    let (received, turn) = client.footprints(Region::Box(around)).await?;
+    let call = "StreamFootprints";
+    let sorted = decoded(call, move || {
+        for message in received {
+            let footprint =
+                Footprint::try_from(message.clone()).map_err(StreamError::field(call))?;
+            let key = FootprintGrid::key(&footprint);
+            if let Some(tile) = key.and_then(|key| found.get_mut(&key)) {
+                tile.footprints.push(message);
+            }
         }
-    }
+        Ok(found.into_iter().map(|(key, tile)| (key, tile.encode_to_vec())).collect())
+    });
+    let mut found: BTreeMap<TileKey, Vec<u8>> =
+        sorted.await.inspect_err(|_| client.servers().fails(turn))?;
     for (part, _) in parts {
         let Part::Mesh { key, .. } = part else { continue };
-        land(part, Ok(found.remove(key).unwrap_or_default().encode_to_vec().into()));
+        land(part, turn, Ok(found.remove(key).unwrap_or_default().into()));
     }
     Ok(())
 }
@@ -170,7 +188,7 @@ async fn ground(
     scene: &SceneInfo,
     parts: &[(Part, Target)],
     step: u32,
-    land: &(dyn Fn(&Part, Result<Bytes, StreamError>) + Send + Sync),
+    land: Land<'_>,
 ) -> Result<(), StreamError> {
     let Some(layout) = &scene.ground else { return Ok(()) };
     let mut around = Bounds2::EMPTY;
@@ -181,13 +199,14 @@ async fn ground(
             include(&mut around, &Bounds2 { min: bounds.min + inset, max: bounds.max - inset });
         }
     }
-    let tiles = client.ground(Region::Box(around), step).await?;
+    let (tiles, turn) = client.ground(Region::Box(around), step).await?;
     let mut found: HashMap<(i32, i32), v1::GroundTile> =
         tiles.into_iter().map(|tile| ((tile.column, tile.row), tile)).collect();
     for (part, _) in parts {
         // Nothing is known of a tile that does not come.
         let tile = part.cell().and_then(|cell| found.remove(&cell));
-        land(part, Ok(tile.map(|tile| tile.encode_to_vec()).unwrap_or_default().into()));
+        let payload = tile.map(|tile| tile.encode_to_vec()).unwrap_or_default();
+        land(part, turn, Ok(payload.into()));
     }
     Ok(())
 }

@@ -358,8 +358,8 @@ impl Plan {
 }
 
 /// Leaves those levels of images out of `missing`, which is in the order of fetching, whose finer ones
-/// are `flying`, or are to come within the `soon` bytes behind them. A level of the first stage makes
-/// the picture complete, and is not.
+/// are `flying`, or are to come within the `soon` bytes behind them; of what is wanted ahead, all but the
+/// finest. A level of the first stage makes the picture complete, and is not left out.
 fn pass_over(missing: &mut Vec<&Want>, flying: &BTreeMap<Part, BatchId>, soon: u64) {
     let mut before: Vec<u64> = Vec::with_capacity(missing.len());
     let mut bytes = 0u64;
@@ -378,7 +378,12 @@ fn pass_over(missing: &mut Vec<&Want>, flying: &BTreeMap<Part, BatchId>, soon: u
         let end = before[index].saturating_add(want.bytes);
         let next = finer.insert((Arc::clone(panorama), *camera), end);
         let comes_soon = next.is_some_and(|next| next <= before[index].saturating_add(soon));
-        kept[index] = want.stage != Stage::Detail || !(is_flying || comes_soon);
+        kept[index] = match want.stage {
+            Stage::First => true,
+            Stage::Detail => !(is_flying || comes_soon),
+            // Nobody waits for it: the finest alone serves, once it is looked at.
+            Stage::Ahead => !is_flying && next.is_none(),
+        };
     }
     let mut kept = kept.into_iter();
     missing.retain(|_| kept.next().unwrap_or(true));

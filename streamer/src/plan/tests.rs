@@ -189,9 +189,17 @@ impl Receiver {
                     let before = self.held.images.get(&image.id);
                     let wanted = plan.wishes.images.contains(&image.id);
                     prop_assert!(wanted, "nobody wants {}", image.id);
+                    let serves = |want: &Want| {
+                        let is_level = |part: &Part| matches!(part, Part::Image { level, .. } if *level == image.level);
+                        want.exact && is_level(&want.part) && want.photographs.contains(&image.id)
+                    };
+                    let exact = plan.wishes.wants.iter().any(serves);
+                    // Coarser only where the view is to hold that level and no other.
                     prop_assert!(
-                        before.is_none_or(|(level, _)| *level != image.level),
-                        "sent twice"
+                        before.is_none_or(|&(level, _)| {
+                            level > image.level || exact && level != image.level
+                        }),
+                        "no better than before: {before:?}"
                     );
                 }
                 SceneUpdate::Points(chunk) => {

@@ -15,7 +15,7 @@ use super::statistics::{Counts, add, sub};
 use super::understand::{Context, Understood, understand};
 use crate::cache::WorkingSet;
 use crate::decode::decoded;
-use crate::load::{Interest, Landed, Loader};
+use crate::load::{Interest, Landed, Loader, Origin};
 use crate::plan::{Batch, BatchId, Order, Part, Plan, Verdict};
 use crate::survey::{Survey, Target, Targets, wishes};
 use crate::{Event, Progress, StreamError, ViewRequest};
@@ -30,6 +30,9 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// How often a server may say of a part that it cannot be had now, in one view: beyond that it is not
 /// the moment that is at fault.
 const MOST_EXCUSES: u32 = 12;
+
+/// Most parts that are remembered as not used yet.
+const MOST_UNUSED: usize = 1 << 16;
 
 /// What a streamer asks of its driver.
 #[derive(Debug)]
@@ -57,7 +60,7 @@ struct Open {
 struct Decoded {
     part: Part,
     bytes: u64,
-    fetched: bool,
+    origin: Origin,
     outcome: Result<Understood, StreamError>,
 }
 
@@ -86,7 +89,7 @@ pub(crate) struct Driver {
     open: HashMap<BatchId, Open>,
     batch_of: HashMap<Part, BatchId>,
     /// Payloads that wait for a mask or stations.
-    parked: Vec<(Part, Bytes, bool)>,
+    parked: Vec<(Part, Bytes, Origin)>,
     /// How often a part was damaged.
     damages: HashMap<Part, u32>,
     /// How often a server said that it cannot give a part now.
@@ -298,7 +301,7 @@ impl Driver {
     }
 
     /// A payload has come, or not.
-    fn land(&mut self, Landed { batch, part, payload, fetched }: Landed) {
+    fn land(&mut self, Landed { batch, part, payload, origin }: Landed) {
         let mut single = true;
         if self.batch_of.get(&part) == Some(&batch) {
             self.batch_of.remove(&part);
@@ -316,18 +319,22 @@ impl Driver {
         match payload {
             Ok(payload) => {
                 self.heard = Instant::now();
-                if fetched {
+                if origin.fetched {
+                    if self.unused.len() >= MOST_UNUSED {
+                        // They stay wasted.
+                        self.unused.clear();
+                    }
                     self.unused.insert(part.clone(), payload.len() as u64);
                     add(&self.counts.unused, payload.len() as u64);
                 }
-                self.decode(part, payload, fetched);
+                self.decode(part, payload, origin);
             }
             Err(error) => self.trouble(&part, error, single),
         }
     }
 
     /// Has a payload decoded, if it is wanted, once what it takes is known.
-    fn decode(&mut self, part: Part, payload: Bytes, fetched: bool) {
+    fn decode(&mut self, part: Part, payload: Bytes, origin: Origin) {
         let by_name = matches!(part, Part::Panoramas(_) | Part::Page(_) | Part::Stations(_));
         let target = self.targets.get(&part).cloned().or(by_name.then_some(Target::Named));
         let Some(target) = target else {
@@ -360,7 +367,7 @@ impl Driver {
                 self.plan.fail(&part, Verdict::Never);
                 self.report();
             } else {
-                self.parked.push((part, payload, fetched));
+                self.parked.push((part, payload, origin));
             }
             return;
         }
@@ -370,12 +377,12 @@ impl Driver {
             let of = part.clone();
             let outcome =
                 decoded(&what, move || understand(&of, &target, &payload, &context)).await;
-            drop(sink.send(Decoded { part, bytes, fetched, outcome }));
+            drop(sink.send(Decoded { part, bytes, origin, outcome }));
         });
     }
 
     /// Something was understood, or not.
-    fn take(&mut self, Decoded { part, bytes, fetched, outcome }: Decoded) {
+    fn take(&mut self, Decoded { part, bytes, origin, outcome }: Decoded) {
         match outcome {
             Ok(understood) => {
                 if let Understood::Shown(updates) = understood {
@@ -384,16 +391,16 @@ impl Driver {
                         self.tell(told);
                     }
                 } else {
-                    self.learn(part, understood);
+                    self.learn(part, understood, origin);
                 }
             }
             Err(error) => {
-                if fetched {
+                if origin.fetched {
                     // It stays wasted, whatever comes the next time.
                     self.unused.remove(&part);
                 }
                 tracing::debug!(?part, bytes, %error, "a part cannot be used");
-                self.loader.forget(&part);
+                self.loader.reject(&part, origin);
                 self.trouble(&part, error, true);
             }
         }
@@ -404,7 +411,7 @@ impl Driver {
     }
 
     /// Something of the survey is known, and so more can be wanted.
-    fn learn(&mut self, part: Part, understood: Understood) {
+    fn learn(&mut self, part: Part, understood: Understood, origin: Origin) {
         self.use_up(&part);
         match (&part, understood) {
             (Part::Panoramas(district), Understood::Panoramas(panoramas)) => {
@@ -412,7 +419,7 @@ impl Driver {
             }
             (Part::Page(page), Understood::Page(entries)) => {
                 if let Err(error) = self.survey.hierarchy.insert(*page, entries) {
-                    self.loader.forget(&part);
+                    self.loader.reject(&part, origin);
                     let error = StreamError::field("GetHierarchy")(error);
                     return self.trouble(&part, error, true);
                 }
@@ -439,8 +446,8 @@ impl Driver {
     }
 
     fn unpark(&mut self) {
-        for (part, payload, fetched) in std::mem::take(&mut self.parked) {
-            self.decode(part, payload, fetched);
+        for (part, payload, origin) in std::mem::take(&mut self.parked) {
+            self.decode(part, payload, origin);
         }
     }
 

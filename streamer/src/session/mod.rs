@@ -13,7 +13,6 @@ pub(crate) use surveyed::point_at;
 
 use std::sync::Arc;
 
-use bytes::Bytes;
 use flaneur_proto::FieldError;
 use flaneur_scene::{IdError, ImageId, ImageUpdate, Panorama, SceneUpdate};
 use tokio::sync::mpsc;
@@ -21,7 +20,7 @@ use tokio::sync::mpsc;
 use crate::StreamError;
 use crate::choose::WantedImage;
 use crate::decode::decoded;
-use crate::load::Loader;
+use crate::load::{Landed, Loader};
 use crate::plan::{BatchId, Part};
 use crate::survey::Target;
 use understand::{Context, Understood, understand};
@@ -56,30 +55,43 @@ pub(crate) async fn photograph(
     }))
 }
 
-/// One part by itself.
+/// One part by itself, and what it means.
 async fn one(
     loader: &Arc<Loader>,
     part: Part,
     target: Target,
     context: Context,
 ) -> Result<Understood, StreamError> {
-    let payload = payload(loader, part.clone(), target.clone()).await?;
-    let what = target.name();
-    let decode = move || understand(&part, &target, &payload, &context);
-    decoded(&what, decode).await
+    let of = (part.clone(), target.clone());
+    fetched(loader, part, target, move |payload| understand(&of.0, &of.1, payload, &context)).await
 }
 
-/// The bytes of one part. Where a server fails the next one is asked, as often as there are servers and
-/// once more.
-async fn payload(loader: &Arc<Loader>, part: Part, target: Target) -> Result<Bytes, StreamError> {
-    let mut tries = 0;
+/// What `decode` makes of the bytes of one part. Where a server fails, or what it sends is not what there
+/// is, the next one is asked, as often as there are servers and once more.
+async fn fetched<T: Send + 'static>(
+    loader: &Arc<Loader>,
+    part: Part,
+    target: Target,
+    decode: impl Fn(&[u8]) -> Result<T, StreamError> + Send + Sync + 'static,
+) -> Result<T, StreamError> {
+    let (what, decode, mut tries) = (target.name(), Arc::new(decode), 0);
     loop {
         let (sink, mut landed) = mpsc::unbounded_channel();
         let wanted = vec![(part.clone(), target.clone())];
         let _interest = loader.load(BatchId::default(), wanted, 0, sink);
-        let payload = landed.recv().await.map_or(Err(StreamError::Cancelled), |one| one.payload);
-        match payload {
-            Err(error) if error.is_transient() && tries < loader.client().servers().count() => {
+        let Landed { payload, origin, .. } = landed.recv().await.ok_or(StreamError::Cancelled)?;
+        let outcome = match payload {
+            Ok(payload) => {
+                let decode = Arc::clone(&decode);
+                let outcome = decoded(&what, move || decode(&payload)).await;
+                outcome.inspect_err(|_| loader.reject(&part, origin))
+            }
+            Err(error) => Err(error),
+        };
+        match outcome {
+            Err(error)
+                if error.is_server_at_fault() && tries < loader.client().servers().count() =>
+            {
                 tries += 1;
             }
             outcome => return outcome,

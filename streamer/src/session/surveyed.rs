@@ -6,11 +6,11 @@ use flaneur_scene::{Bounds3, Node, NodeKey, PointNodeId};
 use glam::DVec3;
 
 use super::understand::{Context, Understood};
-use super::{one, payload};
+use super::{fetched, one};
 use crate::StreamError;
 use crate::choose::WantedNode;
 use crate::client::HierarchyEntry;
-use crate::decode::{SurveyedPoint, Track, decoded, nearest_point};
+use crate::decode::{SurveyedPoint, Track, nearest_point};
 use crate::load::Loader;
 use crate::plan::Part;
 use crate::survey::Target;
@@ -48,13 +48,15 @@ pub(crate) async fn point_at(
                 spacing_m: source.cube.level_spacing_m(node.key.level),
                 seen: true,
             });
-            let (what, chunk) = (target.name(), payload(loader, Part::Node(id), target).await?);
             let (of_scene, track) = (Arc::clone(&scene), Arc::clone(&track));
-            let decode = move || {
+            let decode = move |chunk: &[u8]| {
                 let source = of_scene.point_sources.get(usize::from(index));
-                source.map_or(Ok(None), |s| nearest_point(s, &node, &chunk, &track, place))
+                source.map_or(Ok(None), |s| nearest_point(s, &node, chunk, &track, place))
             };
-            let Some((distance_m, point)) = decoded(&what, decode).await? else { continue };
+            let Some((distance_m, point)) = fetched(loader, Part::Node(id), target, decode).await?
+            else {
+                continue;
+            };
             let nearest_m = best.as_ref().map_or(reach_m, |(nearest_m, _)| *nearest_m);
             if distance_m <= nearest_m {
                 best = Some((distance_m, point));

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use flaneur_proto::v1;
 use flaneur_proto::v1::panorama_service_server::{PanoramaService, PanoramaServiceServer};
@@ -17,6 +18,7 @@ use flaneur_scene::{
 use futures::Stream;
 use glam::{DMat3, DVec3, UVec2};
 use hyper_util::rt::TokioIo;
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, split};
 use tokio_util::sync::CancellationToken;
 use tonic::transport::{Channel, Endpoint, Server};
 use tonic::{Request, Response, Status};
@@ -111,15 +113,40 @@ pub(crate) fn jpeg(width: u32, height: u32) -> Vec<u8> {
 /// A channel to `liar`, over a pipe.
 pub(crate) async fn connect(liar: Liar) -> Channel {
     let (ours, theirs) = tokio::io::duplex(1 << 20);
+    serve(liar, theirs);
+    channel(ours).await
+}
+
+/// A channel to `liar` that carries so many bytes a second to the client.
+pub(crate) async fn connect_slowly(liar: Liar, bytes_per_s: usize) -> Channel {
+    let (ours, near) = tokio::io::duplex(1 << 20);
+    let (far, theirs) = tokio::io::duplex(1 << 20);
+    let ((mut from_us, mut to_us), (mut from_them, mut to_them)) = (split(near), split(far));
+    tokio::spawn(async move { tokio::io::copy(&mut from_us, &mut to_them).await });
+    tokio::spawn(async move {
+        let mut bytes = vec![0; bytes_per_s / 10];
+        while let Ok(count @ 1..) = from_them.read(&mut bytes).await {
+            tokio::time::sleep(Duration::from_millis(100)).await;
+            to_us.write_all(&bytes[..count]).await.expect("a pipe");
+        }
+    });
+    serve(liar, theirs);
+    channel(ours).await
+}
+
+fn serve(liar: Liar, pipe: DuplexStream) {
     let server = Server::builder()
         .add_service(SceneServiceServer::new(liar.clone()))
         .add_service(PanoramaServiceServer::new(liar))
-        .serve_with_incoming(futures::stream::once(async { Ok::<_, std::io::Error>(theirs) }));
+        .serve_with_incoming(futures::stream::once(async { Ok::<_, std::io::Error>(pipe) }));
     tokio::spawn(server);
-    let mut ours = Some(ours);
+}
+
+async fn channel(pipe: DuplexStream) -> Channel {
+    let mut pipe = Some(pipe);
     let connector = tower::service_fn(move |_| {
-        let ours = ours.take().map(TokioIo::new);
-        async move { ours.ok_or(std::io::Error::other("only one connection")) }
+        let pipe = pipe.take().map(TokioIo::new);
+        async move { pipe.ok_or(std::io::Error::other("only one connection")) }
     });
     let endpoint = Endpoint::from_static("http://liar");
     endpoint.connect_with_connector(connector).await.expect("a pipe")
