@@ -146,7 +146,7 @@ impl Plan {
                 break;
             }
         }
-        pass_over(&mut missing, &self.flying, room.soon);
+        pass_over(&mut missing, &self.flying, &self.ahead, room.soon);
         let by_itself = missing.first().filter(|want| self.alone.contains(&want.part));
         let missing: Vec<&Want> = match by_itself {
             Some(want) => vec![want],
@@ -358,9 +358,14 @@ impl Plan {
 }
 
 /// Leaves those levels of images out of `missing`, which is in the order of fetching, whose finer ones
-/// are `flying`, or are to come within the `soon` bytes behind them; of what is wanted ahead, all but the
-/// finest. A level of the first stage makes the picture complete, and is not left out.
-fn pass_over(missing: &mut Vec<&Want>, flying: &BTreeMap<Part, BatchId>, soon: u64) {
+/// are `flying`, or are to come within the `soon` bytes behind them, unless they were fetched `ahead`; of what is
+/// wanted ahead, all but the finest. A level of the first stage makes the picture complete, and is not left out.
+fn pass_over(
+    missing: &mut Vec<&Want>,
+    flying: &BTreeMap<Part, BatchId>,
+    ahead: &BTreeSet<Part>,
+    soon: u64,
+) {
     let mut before: Vec<u64> = Vec::with_capacity(missing.len());
     let mut bytes = 0u64;
     for want in &*missing {
@@ -375,14 +380,16 @@ fn pass_over(missing: &mut Vec<&Want>, flying: &BTreeMap<Part, BatchId>, soon: u
         let of_level =
             |level| Part::Image { panorama: Arc::clone(panorama), camera: *camera, level };
         let is_flying = flying.range(of_level(0)..of_level(*level)).next().is_some();
+        let is_fetched = ahead.range(of_level(0)..of_level(*level)).next().is_some();
         let end = before[index].saturating_add(want.bytes);
         let next = finer.insert((Arc::clone(panorama), *camera), end);
         let comes_soon = next.is_some_and(|next| next <= before[index].saturating_add(soon));
         kept[index] = match want.stage {
             Stage::First => true,
-            Stage::Detail => !(is_flying || comes_soon),
+            // What was fetched ahead is shown at once, and would be wasted otherwise.
+            Stage::Detail => ahead.contains(&want.part) || !(is_flying || comes_soon),
             // Nobody waits for it: the finest alone serves, once it is looked at.
-            Stage::Ahead => !is_flying && next.is_none(),
+            Stage::Ahead => !is_flying && next.is_none() && !is_fetched,
         };
     }
     let mut kept = kept.into_iter();

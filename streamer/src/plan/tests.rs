@@ -409,6 +409,36 @@ fn a_level_is_passed_over_whose_finer_one_comes_soon() {
     assert_eq!(asked(100_000), [LEVELS - 1, 0]);
 }
 
+#[test]
+fn of_an_image_the_finest_level_is_fetched_ahead_and_shown_while_a_finer_one_comes() {
+    let levels = |finest: u32, stage: &dyn Fn(u32) -> Stage| {
+        let level = |level| {
+            let want = detail(Part::Image { panorama: "p0".into(), camera: 0, level });
+            Want { stage: stage(level), photographs: [image_id(0)].into(), ..want }
+        };
+        let wants = (finest..LEVELS).rev().map(level).collect();
+        Wishes { wants, images: [image_id(0)].into(), most: (40, 4000), ..Wishes::default() }
+    };
+    let mut plan = Plan::new(Order::ExpectedError);
+    let asked = |plan: &mut Plan| {
+        let mut parts = Vec::new();
+        while let Some(batch) = plan.next(Room { bytes: 1, soon: 100_000 }) {
+            batch.parts.iter().for_each(|part| _ = plan.arrive(part, updates(part)));
+            parts.extend(batch.parts);
+        }
+        let level = |part: Part| match part {
+            Part::Image { level, .. } => level,
+            other => panic!("{other:?} is no image"),
+        };
+        parts.into_iter().map(level).collect::<Vec<_>>()
+    };
+    plan.look(levels(1, &|_| Stage::Ahead));
+    assert_eq!(asked(&mut plan), [1]);
+    let first = |level| if level == LEVELS - 1 { Stage::First } else { Stage::Detail };
+    plan.look(levels(0, &first));
+    assert_eq!(asked(&mut plan), [LEVELS - 1, 1, 0]);
+}
+
 /// Who walks on and on may never see a view whole, and so hears of no drops at its end.
 #[test]
 fn tiles_left_behind_go_while_views_follow_one_another() {
