@@ -141,7 +141,7 @@ pub enum Mode {
     Mesh = 1,
     /// The points alone, coloured by the photographs.
     Points = 2,
-    /// The points alone, in their own colours.
+    /// The points alone, in their own colours, or in those of their classes.
     PointsColour = 3,
     /// Mesh and points in neutral shades, with the edges of the mesh.
     Wireframe = 4,

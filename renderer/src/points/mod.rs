@@ -22,6 +22,7 @@ mod kin;
 mod pages;
 mod record;
 mod remote;
+pub(crate) mod surveyed;
 
 pub(crate) use draw_list::DrawList;
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use flaneur_scene::{Bounds3, PointChunk};
 use glam::{DVec3, Vec3};
 
-use super::BLOCK_POINTS;
+use super::{BLOCK_POINTS, surveyed};
 use crate::octahedral::plane_code;
 
 /// Position relative to the chunk's origin as three `f32`, and a code: colour in the low 24
@@ -68,12 +68,8 @@ pub(crate) fn drawable(
         if let (Some(mean), Some(station)) = (stations.last_mut(), chunk.stations.of_point(i)) {
             mean.include(station);
         }
-        // Surveys give black to points that their cameras did not see.
-        let colour = chunk
-            .colours
-            .get(i)
-            .filter(|colour| **colour != [0; 3])
-            .map_or(0, |&[r, g, b]| HAS_COLOUR | u32::from_le_bytes([r, g, b, 0]));
+        let colour = surveyed::colour(chunk, i)
+            .map_or(0, |[r, g, b]| HAS_COLOUR | u32::from_le_bytes([r, g, b, 0]));
         // Those of a few that stand apart would swell.
         let own = chunk.spacings_m.get(i).map(|&spacing_m| radius_code(radius_m(spacing_m)));
         let code = own.map_or(of_chunk, |own| own.min(of_chunk));

@@ -10,7 +10,7 @@ use super::Ray;
 use super::boxes::Boxes;
 use super::taken::Taken;
 use crate::camera::{NEAR_M, nearest_depth};
-use crate::points::BLOCK_POINTS;
+use crate::points::{BLOCK_POINTS, surveyed};
 use crate::settings::SplatNormals;
 use crate::splat::reference::{
     self, depth_along, disc_normal, drawn_radius, drawn_radius_without_perspective,
@@ -125,7 +125,7 @@ pub(super) fn points(
                 .map(|(.., radius)| *radius)
                 .chain(of_point)
                 .fold(coded(own_radius_m), f64::min);
-            let colour = chunk.colours.get(i).copied().filter(|colour| *colour != [0; 3]);
+            let colour = surveyed::colour(chunk, i);
             let normal =
                 chunk.normals.get(i).map_or(DVec3::ZERO, |n| Vec3::from_array(*n).as_dvec3());
             let normal = if estimated { normal } else { DVec3::ZERO };
