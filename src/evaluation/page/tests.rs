@@ -43,7 +43,7 @@ fn a_page_holds_tables_plots_and_pictures() {
     for bin in ["0–2 m", "0–8 m", "8–16 m"] {
         assert!(html.contains(&format!("{bin}<br>")), "{bin} is in use");
     }
-    assert_eq!(html.matches("<svg viewBox=\"0 0 420 300\"").count(), 2);
+    assert_eq!(html.matches("<svg viewBox=\"0 0 434 300\"").count(), 2);
     // Equal pictures: in the tables, but not a mark that the PSNR's plot could hold.
     assert!(html.contains("∞"));
     assert_eq!(html.matches("<title>").count(), 1 + 1 + 2, "{html}");
