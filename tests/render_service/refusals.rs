@@ -19,7 +19,15 @@ async fn what_is_wrong_with_a_request_is_named() {
     let mut client = client(&served).await;
     for (field, change) in [
         ("view", (|r| r.view = None) as fn(&mut v1::RenderFrameRequest)),
-        ("view.width", |r| r.view.as_mut().expect("set").width = 5000),
+        ("view.width", |r| {
+            let view = r.view.as_mut().expect("set");
+            (view.width, view.height) = (5000, 5000);
+        }),
+        ("view.width", |r| {
+            // As many pixels as may be, but no device has pictures as wide.
+            let view = r.view.as_mut().expect("set");
+            (view.width, view.height) = (20_000, 100);
+        }),
         ("view.height", |r| r.view.as_mut().expect("set").height = 0),
         ("view.extent", |r| r.view.as_mut().expect("set").extent = None),
         ("view.mode", |r| r.view.as_mut().expect("set").mode = 77),
@@ -31,9 +39,6 @@ async fn what_is_wrong_with_a_request_is_named() {
         ("quality.frame_budget_ms", |r| r.quality.as_mut().expect("set").frame_budget_ms = -1.0),
     ] {
         let mut request = still(0.0);
-        if field == "view.width" {
-            request.view.as_mut().expect("set").height = 5000;
-        }
         change(&mut request);
         let status = client.render_frame(request).await.expect_err(field);
         let violations = status.get_details_bad_request().expect("it names the field");
@@ -110,6 +115,10 @@ async fn a_picture_that_may_shrink_is_made_as_large_as_the_server_makes() {
     let may_shrink = v1::View { may_shrink: true, ..view(40.0) };
     let request = v1::RenderFrameRequest { view: Some(may_shrink), ..still(40.0) };
     let frame = client.render_frame(request).await.expect("a frame").into_inner();
+    let strip = v1::View { width: u32::MAX, height: 1, ..may_shrink };
+    let request = v1::RenderFrameRequest { view: Some(strip), ..still(40.0) };
+    let thin = client.render_frame(request).await.expect("even that").into_inner();
+    assert_eq!(thin.view, Some(v1::View { width: 8192, height: 1, ..may_shrink }));
     assert_eq!(frame.view, Some(v1::View { width: 160, height: 80, ..may_shrink }));
     assert_eq!(decoded(&frame).dimensions(), (160, 80));
 

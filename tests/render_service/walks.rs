@@ -86,6 +86,31 @@ async fn a_new_view_supersedes_the_old_ones() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn of_views_that_come_too_fast_the_latest_is_shown() {
+    let street = SampleStreet::ingested("render-service-rate").await;
+    let served = serve(&street.store, &["--max-views-per-s", "2"]);
+    let mut client = client(&served).await;
+    let mut walker = Walker::begin(&mut client, 0.0).await.expect("a walk");
+    // Nothing is acknowledged, which would be an update, too.
+    while !walker.next().await.expect("a frame").expect("more").r#final {}
+    for step in 1..=40 {
+        walker.turn(f64::from(step)).await;
+    }
+    let frames = walker.end().await.expect("a good end");
+    let end = frames.last().expect("one at least");
+    assert!(end.r#final, "{end:?}");
+    assert_eq!(
+        (end.sequence, end.view),
+        (41, Some(view(40.0))),
+        "said last, though nobody listens"
+    );
+    let mut shown: Vec<u64> = frames.iter().map(|frame| frame.sequence).collect();
+    shown.dedup();
+    // A second's worth at once, then the latest; one more where the sender was held up.
+    assert!(shown.len() <= 4, "{shown:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn who_takes_nothing_keeps_nobody_waiting() {
     let street = SampleStreet::ingested("render-service-slow").await;
     let served = serve(&street.store, &[]);
@@ -108,7 +133,7 @@ async fn who_takes_nothing_keeps_nobody_waiting() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_session_is_watched_by_one_and_steered_by_who_knows_its_name() {
     let street = SampleStreet::ingested("render-service-watch").await;
-    let served = serve(&street.store, &[]);
+    let served = serve(&street.store, &["--max-sessions", "1"]);
     let mut client = client(&served).await;
     let session = "a-name-nobody-guesses".to_owned();
     let watch = |sequence, heading_deg| v1::WatchRequest {
@@ -131,7 +156,7 @@ async fn a_session_is_watched_by_one_and_steered_by_who_knows_its_name() {
         }
         client.update_view(steer(answer)).await.expect("it is watched");
     }
-    // Watched again, the first ends.
+    // Watched again, the first ends, and gives its place, the only one, to the second.
     let mut again = client.watch(watch(9, 10.0)).await.expect("a session").into_inner();
     let ended = loop {
         match frames.message().await {

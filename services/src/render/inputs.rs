@@ -147,6 +147,18 @@ impl Refusal {
     }
 }
 
+/// Makes of an update that has not been taken yet one that says what it and a `later` one say.
+pub(super) fn overtake(earlier: &mut v1::ViewUpdate, later: v1::ViewUpdate) {
+    if later.view.is_some() && (earlier.view.is_none() || later.sequence > earlier.sequence) {
+        (earlier.view, earlier.sequence) = (later.view, later.sequence);
+    }
+    if !later.scene.is_empty() {
+        earlier.scene = later.scene;
+    }
+    earlier.quality = later.quality.or(earlier.quality);
+    earlier.received_frame = earlier.received_frame.max(later.received_frame);
+}
+
 fn wish(quality: Option<&v1::Quality>) -> Result<Wish, FieldError> {
     Wish::new(quality).map_err(|e| e.within("quality"))
 }
@@ -189,6 +201,25 @@ mod tests {
         tokio::time::advance(Duration::from_secs(3600)).await;
         let taken = (13..100).take_while(|&sequence| inputs.update(&update(sequence)).is_ok());
         assert_eq!(taken.count(), 10);
+    }
+
+    #[test]
+    fn a_later_update_overtakes_one_that_waits() {
+        let quality = |jpeg_quality| Some(v1::Quality { jpeg_quality, ..v1::Quality::default() });
+        let mut waiting = v1::ViewUpdate { received_frame: 3, ..v1::ViewUpdate::default() };
+        overtake(&mut waiting, v1::ViewUpdate { quality: quality(40), ..update(7) });
+        assert_eq!((waiting.sequence, waiting.received_frame), (7, 3), "the view is one at last");
+        overtake(&mut waiting, update(6));
+        assert_eq!((waiting.sequence, waiting.quality), (7, quality(40)), "that was older");
+        let received = v1::ViewUpdate { received_frame: 5, ..v1::ViewUpdate::default() };
+        overtake(&mut waiting, received);
+        assert_eq!((waiting.sequence, waiting.received_frame), (7, 5));
+        assert_eq!(waiting.scene, "street");
+        overtake(&mut waiting, v1::ViewUpdate { quality: quality(50), ..update(8) });
+        assert_eq!(
+            waiting,
+            v1::ViewUpdate { quality: quality(50), received_frame: 5, ..update(8) }
+        );
     }
 
     #[tokio::test]

@@ -8,12 +8,13 @@ use flaneur_renderer::Gpu;
 use flaneur_streamer::Servers;
 use glam::DVec2;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
+use tokio::time::Instant;
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::metadata::MetadataMap;
 use tonic::{Request, Response, Status, Streaming};
 
-use super::inputs::{Inputs, Refusal};
+use super::inputs::{Inputs, Refusal, overtake};
 use super::scenes::Scenes;
 use super::sessions::{Sessions, check_name};
 use super::still::{self, Still};
@@ -97,7 +98,7 @@ impl Rendering {
     /// when nobody takes them.
     async fn begin(
         &self,
-        place: OwnedSemaphorePermit,
+        place: Arc<OwnedSemaphorePermit>,
         inputs: Arc<Inputs>,
         ending: impl Future<Output = Status> + Send + 'static,
     ) -> Result<Response<FrameStream>, Status> {
@@ -122,33 +123,43 @@ impl Rendering {
     }
 }
 
-/// Hears what a client says until it says no more; ends with what was wrong.
+/// Hears what a client says until it says no more; ends with what was wrong. Of what comes too fast
+/// the latest counts, once it may.
 async fn listen(
     mut updates: Streaming<v1::ViewUpdate>,
     inputs: Arc<Inputs>,
     options: Arc<RenderOptions>,
 ) -> Status {
-    loop {
-        let update = match updates.message().await {
-            Ok(Some(update)) => update,
-            Ok(None) => {
-                inputs.close();
-                return std::future::pending().await;
-            }
-            Err(status) => return status,
+    let mut says_more = true;
+    let mut early: Option<(v1::ViewUpdate, Instant)> = None;
+    while says_more || early.is_some() {
+        let at = early.as_ref().map_or_else(Instant::now, |&(_, at)| at);
+        let update = tokio::select! {
+            heard = updates.message(), if says_more => match (heard, &mut early) {
+                (Ok(Some(update)), None) => update,
+                (Ok(Some(update)), Some((earlier, _))) => {
+                    overtake(earlier, update);
+                    continue;
+                }
+                (Ok(None), _) => {
+                    says_more = false;
+                    continue;
+                }
+                (Err(status), _) => return status,
+            },
+            () = tokio::time::sleep_until(at), if early.is_some() => match early.take() {
+                Some((update, _)) => update,
+                None => continue,
+            },
         };
         match inputs.update(&update) {
             Ok(()) => {}
+            Err(Refusal::TooFast(wait)) => early = Some((update, Instant::now() + wait)),
             Err(refusal @ Refusal::Bad(_)) => return refusal.status(&options),
-            // What follows waits on the wire.
-            Err(Refusal::TooFast(wait)) => {
-                tokio::time::sleep(wait).await;
-                if let Err(refusal) = inputs.update(&update) {
-                    return refusal.status(&options);
-                }
-            }
         }
     }
+    inputs.close();
+    std::future::pending().await
 }
 
 /// Frames as they are made.
@@ -178,7 +189,7 @@ impl v1::render_service_server::RenderService for Rendering {
         request: Request<Streaming<v1::ViewUpdate>>,
     ) -> Result<Response<FrameStream>, Status> {
         self.scenes()?;
-        let place = self.place()?;
+        let place = Arc::new(self.place()?);
         let mut updates = request.into_inner();
         let first = tokio::time::timeout(FIRST_VIEW, updates.message()).await;
         let first = first.map_err(|_| Status::deadline_exceeded("no view was sent"))??;
@@ -203,8 +214,8 @@ impl v1::render_service_server::RenderService for Rendering {
             .map_err(|e| status::invalid(&e))?;
         let inputs = Arc::new(inputs);
         self.scenes()?;
-        let place = self.place()?;
-        let watched = self.sessions.watch(session, Arc::clone(&inputs));
+        let watched = self.sessions.watch(session, Arc::clone(&inputs), || self.place())?;
+        let place = Arc::clone(&watched.place);
         self.begin(place, inputs, async move {
             // The session is known for as long as its frames are.
             watched.superseded.cancelled().await;

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use flaneur_proto::FieldError;
+use tokio::sync::OwnedSemaphorePermit;
 use tokio_util::sync::CancellationToken;
 
 use super::inputs::Inputs;
@@ -20,6 +21,8 @@ pub(super) struct Sessions {
 #[derive(Debug)]
 struct Entry {
     inputs: Arc<Inputs>,
+    /// Its place among all sessions, which it keeps when it is watched again.
+    place: Arc<OwnedSemaphorePermit>,
     /// Ends the stream that watches it.
     superseded: CancellationToken,
 }
@@ -30,6 +33,7 @@ pub(super) struct Watched {
     sessions: Arc<Sessions>,
     name: String,
     inputs: Arc<Inputs>,
+    pub(super) place: Arc<OwnedSemaphorePermit>,
     /// Cancelled when the session is watched by another stream.
     pub(super) superseded: CancellationToken,
 }
@@ -45,14 +49,34 @@ pub(super) fn check_name(name: &str) -> Result<(), FieldError> {
 }
 
 impl Sessions {
-    /// Begins to watch; who watched the session before is told.
-    pub(super) fn watch(self: &Arc<Self>, name: String, inputs: Arc<Inputs>) -> Watched {
+    /// Begins to watch; who watched the session before is told. A session that was not watched takes
+    /// a `free` place.
+    ///
+    /// # Errors
+    /// Those of `free`: then nothing has changed.
+    pub(super) fn watch<E>(
+        self: &Arc<Self>,
+        name: String,
+        inputs: Arc<Inputs>,
+        free: impl FnOnce() -> Result<OwnedSemaphorePermit, E>,
+    ) -> Result<Watched, E> {
+        let mut by_name = self.locked();
+        let place = match by_name.get(&name) {
+            Some(before) => {
+                before.superseded.cancel();
+                Arc::clone(&before.place)
+            }
+            None => Arc::new(free()?),
+        };
         let superseded = CancellationToken::new();
-        let entry = Entry { inputs: Arc::clone(&inputs), superseded: superseded.clone() };
-        if let Some(before) = self.locked().insert(name.clone(), entry) {
-            before.superseded.cancel();
-        }
-        Watched { sessions: Arc::clone(self), name, inputs, superseded }
+        let entry = Entry {
+            inputs: Arc::clone(&inputs),
+            place: Arc::clone(&place),
+            superseded: superseded.clone(),
+        };
+        by_name.insert(name.clone(), entry);
+        drop(by_name);
+        Ok(Watched { sessions: Arc::clone(self), name, inputs, place, superseded })
     }
 
     /// Where a session hears its client.
@@ -77,7 +101,38 @@ impl Drop for Watched {
 
 #[cfg(test)]
 mod tests {
+    use flaneur_proto::v1;
+    use tokio::sync::Semaphore;
+
     use super::*;
+
+    #[test]
+    fn who_watches_a_session_again_keeps_its_place() {
+        let view = v1::View {
+            eye: Some(v1::Point3::default()),
+            extent: Some(v1::view::Extent::FovDeg(60.0)),
+            width: 16,
+            height: 16,
+            ..v1::View::default()
+        };
+        let update = v1::ViewUpdate { view: Some(view), ..v1::ViewUpdate::default() };
+        let inputs = || Arc::new(Inputs::begin(update.clone(), &Arc::default()).expect("good"));
+        let (sessions, places) = (Arc::new(Sessions::default()), Arc::new(Semaphore::new(1)));
+        let watch = |name: &str| {
+            let free = || Arc::clone(&places).try_acquire_owned();
+            sessions.watch(name.to_owned(), inputs(), free)
+        };
+        let first = watch("one").expect("the place");
+        let second = watch("one").expect("the same place");
+        assert!(first.superseded.is_cancelled() && !second.superseded.is_cancelled());
+        assert!(watch("two").is_err(), "there is one place");
+        drop(first);
+        assert!(watch("two").is_err(), "and the session has it still");
+        assert!(sessions.inputs("one").is_some());
+        drop(second);
+        assert!(sessions.inputs("one").is_none());
+        watch("two").expect("it is free");
+    }
 
     #[test]
     fn names_cannot_be_guessed() {

@@ -10,6 +10,9 @@ use tokio::time::Instant;
 use super::RenderOptions;
 use crate::picture::PictureFormat;
 
+/// Longest side of a picture, pixels: every device that renders holds pictures of as many.
+const MAX_SIDE: u32 = 8192;
+
 /// A view that waits to be shown.
 #[derive(Clone, Debug)]
 pub(super) struct Wanted {
@@ -41,6 +44,12 @@ impl Wanted {
     ) -> Result<Self, FieldError> {
         let message = if message.may_shrink { shrunk(message, options.pixels) } else { message };
         let view = View::try_from(&message)?;
+        for (field, side) in [("width", message.width), ("height", message.height)] {
+            if side > MAX_SIDE {
+                let problem = format!("is {side}, must be at most {MAX_SIDE}");
+                return Err(FieldError::new(field, problem));
+            }
+        }
         let pixels = u64::from(message.width) * u64::from(message.height);
         if pixels > options.pixels {
             let (width, height) = (message.width, message.height);
@@ -91,16 +100,18 @@ impl Wish {
     }
 }
 
-/// The view with at most `most` pixels, at least 1, of about the same shape.
+/// The view with at most `most` pixels, at least 1, and sides that a picture can have, of about the
+/// same shape. One without any pixels stays as it is.
 fn shrunk(view: v1::View, most: u64) -> v1::View {
-    let [width, height] = [view.width, view.height].map(u64::from);
-    if width * height <= most {
+    let [width, height] = [view.width, view.height].map(f64::from);
+    let area = (most as f64 / (width * height)).sqrt();
+    let scale = area.min(f64::from(MAX_SIDE) / width.max(height));
+    if scale >= 1.0 || width * height == 0.0 {
         return view;
     }
-    let scale = (most as f64 / (width * height) as f64).sqrt();
     // At least one pixel; so the other side may have to give way.
-    let width = ((width as f64 * scale) as u64).max(1);
-    let height = ((height as f64 * scale) as u64).clamp(1, most / width);
+    let width = ((width * scale) as u64).clamp(1, most);
+    let height = ((height * scale) as u64).clamp(1, most / width);
     v1::View { width: width as u32, height: height as u32, ..view }
 }
 
@@ -130,10 +141,14 @@ mod tests {
         };
         assert_eq!(shrunk(1280, 720, 1 << 20), (1280, 720), "it fits as it is");
         assert_eq!(shrunk(2000, 1000, 500_000), (1000, 500));
-        for (width, height) in [(1920, 1080), (1, u32::MAX), (u32::MAX, u32::MAX), (3, 100_000)] {
-            for most in [1, 10, 70_000] {
+        assert_eq!(shrunk(81_920, 20, 1 << 20), (8192, 2), "no side is too long");
+        assert_eq!(shrunk(0, u32::MAX, 10), (0, u32::MAX), "that is no picture");
+        let long = u32::MAX;
+        for (width, height) in [(1920, 1080), (1, long), (long, 1), (long, long), (3, 100_000)] {
+            for most in [1, 10, 70_000, 1 << 25] {
                 let (w, h) = shrunk(width, height, most);
                 assert!(w >= 1 && h >= 1 && u64::from(w) * u64::from(h) <= most, "{w}x{h}");
+                assert!(w.max(h) <= MAX_SIDE, "{w}x{h}");
             }
         }
         let (w, h) = shrunk(1920, 1080, 70_000);
