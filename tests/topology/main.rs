@@ -11,6 +11,7 @@ mod street;
 mod visitor;
 
 use std::ffi::OsStr;
+use std::future::poll_fn;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
@@ -22,6 +23,10 @@ use store::ObjectStore;
 use street::SampleStreet;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
+use tonic::body::Body;
+use tonic::client::GrpcService;
+use tonic::codegen::http;
+use tonic::transport::Endpoint;
 use v1::scene_service_client::SceneServiceClient;
 use visitor::{Talk, Visitor};
 
@@ -176,6 +181,7 @@ async fn pages_and_data_come_through_the_gateway(topology: &Topology) {
     let (status, page) = get(&gateway.web, "/").await;
     assert!(status == 200 && !page.is_empty(), "{status} {page}");
     assert_eq!(get(&gateway.web, "/metrics").await.0, 404);
+    assert_eq!(status_over_http2(&gateway.grpc, "/metrics").await, 404);
     let mut scenes = SceneServiceClient::connect(gateway.grpc.clone()).await.expect("it answers");
     let listed = scenes.list_scenes(v1::ListScenesRequest {}).await.expect("data").into_inner();
     assert_eq!(listed.scenes.len(), 1);
@@ -184,6 +190,17 @@ async fn pages_and_data_come_through_the_gateway(topology: &Topology) {
         SceneServiceClient::connect(topology.urls[0].clone()).await.expect("it answers");
     let refused = direct.list_scenes(v1::ListScenesRequest {}).await.expect_err("no such service");
     assert_eq!(refused.code(), tonic::Code::Unimplemented);
+}
+
+/// Status of a page where only gRPC is spoken.
+async fn status_over_http2(url: &str, path: &str) -> u16 {
+    let mut channel = Endpoint::from_shared(url.to_owned()).expect("a URL").connect_lazy();
+    poll_fn(|context| GrpcService::<Body>::poll_ready(&mut channel, context))
+        .await
+        .expect("it listens");
+    let request = http::Request::get(format!("{url}{path}")).body(Body::empty());
+    let answer = channel.call(request.expect("a request")).await.expect("it answers");
+    answer.status().as_u16()
 }
 
 /// Status and body of a page.
