@@ -153,6 +153,8 @@ export const TEXT = {
   geographicAxes: "latitude, longitude in degrees",
   notGeographic: "not tied to the Earth",
   copy: "Copy",
+  copyPosition: "Copy the position",
+  copyGeographic: "Copy latitude and longitude",
   copied: "Copied",
   copyField: "To be copied",
   copyByHand:

@@ -134,9 +134,30 @@ test("switches what is shown, and says so in the link", async ({ server, walker,
   await walker.page.getByRole("radio", { name: "Normals" }).check();
   await expect(walker.page).toHaveURL(/layer=normals/);
   await walker.sees("final");
-  await expect(walker.page.getByRole("button", { name: "More" })).toHaveText("Normals");
+  const more = walker.page.getByRole("button", { name: "More" });
+  await expect(more).toHaveText("Normals");
+  // What was chosen is chosen: the street is free again. And Escape closes what was opened, wherever one is.
+  await expect(more).toHaveAttribute("aria-expanded", "false");
+  await more.click();
+  await expect(more).toHaveAttribute("aria-expanded", "true");
+  await walker.page.keyboard.press("Escape");
+  await expect(more).toHaveAttribute("aria-expanded", "false");
   await expect(walker.page.getByText("Which way surfaces face").last()).toBeVisible();
   await keep("normals");
   await walker.page.keyboard.press("1");
   await expect(walker.page).not.toHaveURL(/layer/);
+});
+
+test("where the system chooses the colours one sees what is chosen", async ({ server, walker }) => {
+  await walker.page.emulateMedia({ forcedColors: "active" });
+  await walker.open(server.url);
+  const ink = (name: string) =>
+    walker.page
+      .locator(".layers > label", { hasText: name })
+      .locator("span")
+      .evaluate((span) => getComputedStyle(span).color);
+  expect(await ink("Street")).not.toBe(await ink("Mesh"));
+});
+  expect(street).toBe(await background(map));
+  expect(street).not.toBe(await background(layer("Mesh")));
 });

@@ -69,6 +69,20 @@ test("the map leads through the street, and follows", async ({ server, walker, k
   expect(there.eye[1]).toBeGreaterThan(start.eye[1]);
   expect(there.headingDeg).toBe(start.headingDeg);
   await keep("map");
+  // Who has moved the map walks on as before, and it comes along.
+  const [x, y] = [box.x + 80, box.y + 150];
+  await walker.drag([x, y], [x + 60, y - 40]);
+  await walker.hold("w", 500);
+  await expect
+    .poll(async () => distance((await walker.pose()).eye, there.eye))
+    .toBeGreaterThan(0.5);
+  const aside = async () => {
+    const here = await map.locator(".here").boundingBox();
+    const middle = (here?.x ?? Number.NaN) + (here?.width ?? 0) / 2 - box.x - box.width / 2;
+    return Math.abs(middle);
+  };
+  await expect.poll(aside).toBeLessThan(3);
+  await walker.sees("final");
 });
 
 test("nobody gets into a building, neither by the map nor on foot", async ({

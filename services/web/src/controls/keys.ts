@@ -28,6 +28,17 @@ export interface Strokes {
   layer(index: number): void;
 }
 
+/** What the map understands, beside the keys that zoom. */
+const MAP_KEYS: ReadonlySet<string> = new Set([
+  "ArrowUp",
+  "ArrowDown",
+  "ArrowLeft",
+  "ArrowRight",
+  "Enter",
+  " ",
+  "Escape",
+]);
+
 /** A key walks for as long as it is down, and for so long at least, milliseconds: a tap is a step. */
 const SHORTEST_MS = 100;
 
@@ -120,10 +131,13 @@ function isForOthers(event: KeyboardEvent, stage: HTMLElement): boolean {
   if (!(target instanceof Element) || target === document.body || target === stage) {
     return false;
   }
-  if (target.closest("dialog[open], input[type=text], select, textarea, .inset-map")) {
+  if (target.closest("dialog[open], input[type=text], select, textarea")) {
     return true;
   }
-  // Buttons and switches keep what they understand.
+  // The map, buttons and switches keep what they understand.
+  if (target.closest(".inset-map")) {
+    return MAP_KEYS.has(event.key) || isZoom(event.key);
+  }
   const own = target.matches("input")
     ? ["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight", "Space", "Enter"]
     : ["Space", "Enter"];

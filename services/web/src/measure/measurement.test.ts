@@ -17,22 +17,26 @@ function place(x: number, y: number, z: number, uncertaintyM: number) {
 
 describe("a measurement", () => {
   it("has a length, its parts, and how sure they are", () => {
-    const exact = (at: Place) => ({ place: at, beside: 0 });
-    const from = exact(place(651_000, 6_861_000, 40, 0.03));
-    const to = exact(place(651_003, 6_861_004, 28, 0.04));
+    const from = { place: place(651_000, 6_861_000, 40, 0.02), off: 0.03 };
+    const to = { place: place(651_003, 6_861_004, 28, 0.02), off: 0.04 };
     const result = measure(from, to);
     expect(result).toEqual({ distance: 13, horizontal: 5, vertical: -12, uncertainty: 0.05 });
-    expect(measure(from, exact(place(0, 0, 0, 0))).uncertainty).toBeUndefined();
+    const unknown = { place: place(0, 0, 0, 0), off: undefined };
+    expect(measure(from, unknown).uncertainty).toBeUndefined();
   });
 
-  it("is no surer than the clicks", () => {
+  it("is no surer than the clicks, and less sure of what is seen askew", () => {
     // A wall 20 m ahead, of which a pixel is 2 cm; seen askew it is more, but never without end.
     const wall = { ...place(0, 20, 0, 0.03), normal: { x: 0, y: -1, z: 0 } } as Place;
-    const ahead = pointed(wall, [0, 0, 0], 1000);
-    expect(ahead.beside).toBeCloseTo(0.02);
+    const across = Math.hypot(0.03, 0.02);
+    expect(pointed(wall, [0, 0, 0], 1000).off).toBeCloseTo(across);
+    // A road is surveyed to 3 cm of height: what one sees on it at a slope of 1 in 5 may be five times as far off.
+    const road = { ...place(0, 20, 0, 0.03), normal: { x: 0, y: -0.2, z: 0.98 } } as Place;
+    expect(pointed(road, [0, 0, 0], 1000).off).toBeCloseTo(5 * across);
     const askew = { ...wall, normal: { x: 0.99995, y: -0.01, z: 0 } } as Place;
-    expect(pointed(askew, [0, 0, 0], 1000).beside).toBeCloseTo(0.2);
-    expect(measure(ahead, ahead).uncertainty).toBeCloseTo(Math.hypot(0.03, 0.03, 0.02, 0.02));
+    expect(pointed(askew, [0, 0, 0], 1000).off).toBeCloseTo(10 * across);
+    const unknown = { ...wall, uncertaintyM: 0 } as Place;
+    expect(pointed(unknown, [0, 0, 0], 1000).off).toBeUndefined();
   });
 
   it("says no more digits than it is sure of", () => {

@@ -5,23 +5,26 @@ import { positionOf } from "../place/pick";
 /** A place, and how it was pointed at. */
 export interface Pointed {
   readonly place: Place;
-  /** How far on the surface a click may be beside what was meant, metres. */
-  readonly beside: number;
+  /** How far it may be from what was meant, metres (one standard deviation); undefined where that is unknown. */
+  readonly off: number | undefined;
 }
 
 /** No surface is seen more askew, as a sine: it is an edge. */
 const ASKEW = 0.1;
 
 /**
- * A place that was clicked from `eye` in a picture of this focal length, pixels of the screen: a hand is
- * a pixel off.
+ * A place that was clicked from `eye` in a picture of this focal length, pixels of the screen. A hand is a
+ * pixel off, and the surface may be nearer or farther than it was surveyed: seen askew, both are farther
+ * along it.
  */
 export function pointed(place: Place, eye: Vector3, focal: number): Pointed {
   const { x = 0, y = 0, z = 0 } = place.normal ?? {};
   const ray = subtract(positionOf(place), eye);
   const away = length(ray);
   const facing = Math.abs(x * ray[0] + y * ray[1] + z * ray[2]) / Math.max(away, 1e-9);
-  return { place, beside: away / focal / Math.max(facing, ASKEW) };
+  const across = Math.hypot(away / focal, place.uncertaintyM);
+  const off = place.uncertaintyM > 0 ? across / Math.max(facing, ASKEW) : undefined;
+  return { place, off };
 }
 
 /** What lies between two places, metres. */
@@ -36,14 +39,13 @@ export interface Measurement {
 
 export function measure(from: Pointed, to: Pointed): Measurement {
   const [a, b] = [positionOf(from.place), positionOf(to.place)];
-  const surveyed = [from.place.uncertaintyM, to.place.uncertaintyM];
-  const known = surveyed.every((metres) => metres > 0);
   return {
     distance: distance(a, b),
     horizontal: planDistance(a, b),
     vertical: b[2] - a[2],
     // Places are surveyed apart from each other, and so are they clicked.
-    uncertainty: known ? Math.hypot(...surveyed, from.beside, to.beside) : undefined,
+    uncertainty:
+      from.off !== undefined && to.off !== undefined ? Math.hypot(from.off, to.off) : undefined,
   };
 }
 

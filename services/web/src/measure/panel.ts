@@ -104,7 +104,7 @@ export class MeasurePanel {
     row(
       TEXT.position,
       element("span", { class: "figures", "data-figure": "position" }, position),
-      copy(position),
+      copy(position, TEXT.copyPosition),
       remark(this.#reference),
     );
     if (place.geographic) {
@@ -114,7 +114,7 @@ export class MeasurePanel {
       row(
         TEXT.geographic,
         element("span", { class: "figures" }, text),
-        copy(text),
+        copy(text, TEXT.copyGeographic),
         remark(TEXT.geographicAxes),
       );
     } else {
@@ -230,8 +230,9 @@ export function dateOf(time: string): string {
   return `${time.slice(0, 16).replace("T", " ")} ${zone.replace(/^[+-]00:00$/, "UTC")}`;
 }
 
-function copy(text: string): HTMLElement {
-  const label = { "aria-label": TEXT.copy, title: TEXT.copy };
+/** A button that copies a text; `name` says which. */
+function copy(text: string, name: string): HTMLElement {
+  const label = { "aria-label": name, title: name };
   const button = element("button", { type: "button", class: "text copy", ...label });
   button.append(icon("copy"));
   button.addEventListener("click", async () => {

@@ -34,10 +34,19 @@ export function layerSwitches(layer: Value<Layer>): HTMLElement {
       layer.set(event.target.value);
     }
   });
-  root.addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && !more.hidden) {
+  root.addEventListener("click", (event) => {
+    // Whoever goes through them by keys goes on.
+    if (event.target instanceof HTMLInputElement && event.detail > 0) {
       expand(false);
-      button.focus();
+    }
+  });
+  // Wherever one is: after a click the street has the keys.
+  document.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && !more.hidden) {
+      if (root.contains(document.activeElement)) {
+        button.focus();
+      }
+      expand(false);
       event.stopPropagation();
     }
   });
