@@ -158,6 +158,3 @@ test("where the system chooses the colours one sees what is chosen", async ({ se
       .evaluate((span) => getComputedStyle(span).color);
   expect(await ink("Street")).not.toBe(await ink("Mesh"));
 });
-  expect(street).toBe(await background(map));
-  expect(street).not.toBe(await background(layer("Mesh")));
-});
