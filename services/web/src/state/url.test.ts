@@ -61,5 +61,11 @@ describe("links", () => {
       fovDeg: 110,
     });
     expect(readLink("?at=1,2,3&look=5").pose).toMatchObject({ pitchDeg: 0, fovDeg: 65 });
+    for (const link of ["?at=1,2,3", "?at=1,2,3&look=abc"]) {
+      expect(readLink(link)).toMatchObject({
+        misplaced: false,
+        pose: { headingDeg: 0, fovDeg: 65 },
+      });
+    }
   });
 });

@@ -62,9 +62,10 @@ function readPose(query: URLSearchParams): Pose | undefined {
   if (at.some((value) => Math.abs(value) > FARTHEST_M)) {
     return undefined;
   }
-  const [headingDeg, pitchDeg = 0, fovDeg = DEFAULT_FOV_DEG] = readNumbers(query.get("look"));
+  // Who says only where to stand looks north.
+  const [headingDeg = 0, pitchDeg = 0, fovDeg = DEFAULT_FOV_DEG] = readNumbers(query.get("look"));
   const [x, y, z] = at;
-  if (x === undefined || y === undefined || z === undefined || headingDeg === undefined) {
+  if (x === undefined || y === undefined || z === undefined) {
     return undefined;
   }
   return normalised({ eye: [x, y, z], headingDeg, pitchDeg, fovDeg });
