@@ -180,6 +180,7 @@ proptest! {
             prop_assert!(memory.total() <= scarce().gpu_memory_bytes, "{memory:?}");
             let frame = scarce_renderer.render(&small_view()).expect("a frame");
             prop_assert_eq!(frame.stats.images as usize, ledger.images.len());
+            prop_assert!(scarce_renderer.point_nodes().eq(ledger.points.keys().copied()));
             let memory = scarce_renderer.memory();
             prop_assert!(memory.total() <= scarce().gpu_memory_bytes, "{memory:?}");
         }

@@ -35,7 +35,7 @@ const LEAPS_S: [f64; 18] = [
 
 /// The GPS time `seconds` as RFC 3339 in UTC, to a millisecond; `None` where `kind` does not say on
 /// which day it was, where there is no time (0), and outside of 1980 to 2100.
-pub(crate) fn utc(kind: GpsTimeKind, seconds: f64) -> Option<String> {
+pub fn utc(kind: GpsTimeKind, seconds: f64) -> Option<String> {
     if kind != GpsTimeKind::Adjusted || seconds == 0.0 {
         return None;
     }

@@ -198,6 +198,11 @@ impl PointStore {
         self.chunks.values().fold(Bounds3::EMPTY, |all, chunk| all.union(&chunk.bounds))
     }
 
+    /// The chunks that are resident.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = PointNodeId> + '_ {
+        self.chunks.keys().copied()
+    }
+
     /// Bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
         self.pages.bytes()

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use flaneur_scene::{ImageId, View};
+use flaneur_scene::{ImageId, PointNodeId, View};
 use glam::DVec2;
 
 use super::Renderer;
@@ -33,6 +33,11 @@ impl Renderer {
         let seen_by = self.sights(&view, &recorded)?;
         let Recorded { position, shown, surface, uncertainty_m } = recorded;
         Ok(Some(Picked { position, normal: shown.normal, uncertainty_m, surface, seen_by }))
+    }
+
+    /// The nodes whose points are resident: those that a picked point may be of.
+    pub fn point_nodes(&self) -> impl Iterator<Item = PointNodeId> + '_ {
+        self.points.nodes()
     }
 
     fn recorded(&self, view: &View, pixel: DVec2) -> Result<Option<Recorded>, RenderError> {

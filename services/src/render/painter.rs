@@ -12,8 +12,9 @@ use tokio::sync::mpsc;
 use super::RenderOptions;
 use super::feeder::{Feeder, Note};
 use super::residents::{FeederId, Residents};
-use super::stage::{Found, Manner, Order, Painted};
+use super::stage::{Manner, Order, Painted};
 use super::wanted::Wanted;
+use crate::place::Found;
 
 /// How long a frame waits for what is to be brought to the device, at least; the rest comes with
 /// the next one …
@@ -125,7 +126,7 @@ impl Painter {
             self.render(wanted)?;
         }
         let picked = self.renderer.pick(pixel)?;
-        Ok(picked.map(|picked| Found { picked, nodes: self.residents.nodes().collect() }))
+        Ok(picked.map(|picked| Found { picked, nodes: self.renderer.point_nodes().collect() }))
     }
 
     /// Brings what waits to the device, for about so long.

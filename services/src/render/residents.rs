@@ -87,14 +87,6 @@ impl Residents {
         });
         dropped
     }
-
-    /// The nodes of points that are there.
-    pub(super) fn nodes(&self) -> impl Iterator<Item = PointNodeId> + '_ {
-        self.held.keys().filter_map(|key| match key {
-            Key::Points(id) => Some(*id),
-            Key::Mesh(_) | Key::Image(_) => None,
-        })
-    }
 }
 
 impl Key {

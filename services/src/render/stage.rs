@@ -3,12 +3,10 @@
 //! Whoever wants something from it gives an order and waits for the answer before the next: so all
 //! have their turn, in the order in which they asked.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use flaneur_renderer::{Frame, Gpu, Picked, RenderError, Renderer};
-use flaneur_scene::PointNodeId;
+use flaneur_renderer::{Frame, Gpu, RenderError, Renderer};
 use glam::DVec2;
 use tokio::sync::{mpsc, oneshot};
 
@@ -18,6 +16,7 @@ use super::painter::Painter;
 use super::residents::FeederId;
 use super::wanted::{Wanted, Wish};
 use super::warm;
+use crate::place::Found;
 
 /// The orders of one scene. The thread ends, and what is on the device is given up, when it is dropped.
 #[derive(Clone, Debug)]
@@ -53,14 +52,6 @@ pub(super) enum Order {
     Frame(Arc<Feeder>, Manner, oneshot::Sender<Result<Painted, RenderError>>),
     Pick(Box<Wanted>, DVec2, oneshot::Sender<Result<Option<Found>, RenderError>>),
     Leave(FeederId),
-}
-
-/// What a pixel shows.
-#[derive(Debug)]
-pub(super) struct Found {
-    pub(super) picked: Picked,
-    /// The nodes of points that are on the device.
-    pub(super) nodes: BTreeSet<PointNodeId>,
 }
 
 impl Stage {
