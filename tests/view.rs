@@ -208,10 +208,13 @@ fn one_walks_about_a_street() {
     assert!((gone[2] - (1.6 - distance * below(300.0))).abs() < 0.1, "{gone:?}");
     assert!(there.ends_with("35.000,-4.000"), "{there}");
     screen.act(&["key", "Escape"]);
-    await_picture(&screen, &darkroom.picture(&there, "hybrid"), "the street where one clicked");
+    let from_there = darkroom.picture(&there, "hybrid");
+    await_picture(&screen, &from_there, "the street where one clicked");
 
     // Two clicks measure across the road ahead.
     screen.act(&["key", "m", "mousemove", "240", "290", "click", "1"]);
+    // A list comes up where the pointer is, and is not where the next click is.
+    await_list(&screen, &from_there);
     screen.act(&["mousemove", "400", "290", "click", "1"]);
     let measured = window.logs("measured", "across the road")["distance_m"].as_f64();
     let measured = measured.expect("metres");
@@ -287,18 +290,17 @@ fn one_goes_along_walls_and_to_photographs_that_see_a_place() {
 
     // The road ahead is seen by photographs, a list of which comes up in the corner on the left.
     screen.act(&["key", "m", "mousemove", "320", "290", "click", "1"]);
-    window.logs("placed", "where one clicked");
-    let corner =
-        |picture: &RgbImage| image::imageops::crop_imm(picture, 10, 250, 60, 90).to_image();
-    let until = Instant::now() + PATIENCE;
-    while difference(&corner(&screen.picture()), &corner(&first)) < DIFFERENT {
-        assert!(Instant::now() < until, "no list");
-        std::thread::sleep(Duration::from_millis(50));
-    }
+    let placed = window.logs("placed", "where one clicked");
+    let source = placed["source"].as_str().expect("the road was surveyed");
+    assert!(source.starts_with("lidar"), "{placed}");
+    await_list(&screen, &first);
     screen.act(&["mousemove", "40", "310", "click", "1"]);
     let photograph = window.stands("where a photograph was taken");
     assert!(off_the_way(&street, &photograph) < 1.0, "{photograph}");
     assert_ne!(position(&photograph), position(start));
+    // That was no click on the street: the next one is the second.
+    screen.act(&["mousemove", "400", "300", "click", "1"]);
+    window.logs("measured", "to where one clicked from there");
     screen.act(&["key", "Escape"]);
 
     // To the right, as far as one gets.
@@ -309,16 +311,30 @@ fn one_goes_along_walls_and_to_photographs_that_see_a_place() {
     let walked = way(&photograph, &before_wall);
     let off = off_houses(&street, &before_wall);
     assert!((0.3..2.5).contains(&off), "{off} from a house, after {walked:?}");
+
+    // Of its mesh, which has no points, it is said of which house it is: ahead, to the right.
+    screen.act(&["key", "2"]);
+    await_picture(&screen, &darkroom.picture(&before_wall, "mesh"), "the mesh alone");
+    screen.act(&["key", "m", "mousemove", "600", "150", "click", "1"]);
+    let placed = window.logs("placed", "where one clicked on a wall");
+    let house = placed["footprint"].as_str().unwrap_or_else(|| panic!("no house: {placed}"));
+    assert!(houses(&street).iter().any(|known| known["id"] == house), "{placed}");
+    assert_eq!(placed["source"], Value::Null);
+}
+
+/// The houses of the survey.
+fn houses(street: &SampleStreet) -> Vec<Value> {
+    let cadastre = std::fs::read(street.survey.join("footprints.geojson")).expect("the cadastre");
+    let cadastre: Value = serde_json::from_slice(&cadastre).expect("JSON");
+    cadastre["features"].as_array().expect("houses").clone()
 }
 
 /// From a view to the nearest wall, metres of the plan; below 0 inside of a house.
 fn off_houses(street: &SampleStreet, view: &str) -> f64 {
     let [x, y, _] = position(view);
-    let cadastre = std::fs::read(street.survey.join("footprints.geojson")).expect("the cadastre");
-    let cadastre: Value = serde_json::from_slice(&cadastre).expect("JSON");
     let number = |value: &Value| value.as_f64().expect("a number");
     let (mut nearest, mut inside) = (f64::INFINITY, false);
-    for feature in cadastre["features"].as_array().expect("houses") {
+    for feature in houses(street) {
         let ring = feature["geometry"]["coordinates"][0].as_array().expect("a ring");
         for edge in ring.windows(2) {
             let [a, b] = [0, 1].map(|end| [number(&edge[end][0]) - x, number(&edge[end][1]) - y]);
@@ -383,6 +399,17 @@ fn await_change(screen: &Screen, before: &RgbImage) {
     let until = Instant::now() + PATIENCE;
     while difference(&window_of(&screen.picture()), before) < DIFFERENT {
         assert!(Instant::now() < until, "nothing happens");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Waits until photographs are listed in the corner on the left of `street`.
+fn await_list(screen: &Screen, street: &RgbImage) {
+    let corner =
+        |picture: &RgbImage| image::imageops::crop_imm(picture, 10, 250, 60, 90).to_image();
+    let until = Instant::now() + PATIENCE;
+    while difference(&corner(&screen.picture()), &corner(street)) < DIFFERENT {
+        assert!(Instant::now() < until, "no list");
         std::thread::sleep(Duration::from_millis(50));
     }
 }

@@ -1,22 +1,40 @@
 //! The tape: the first click is its beginning, the second its end, the third begins anew.
 
-use flaneur_renderer::Sight;
+use flaneur_services::place::{Record, StoredSight};
 use glam::DVec3;
 
 use super::measurement::Measurement;
 use super::place::Place;
 
+/// A place that was clicked, and what is stored of it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Marked {
+    pub(super) place: Place,
+    pub(super) stored: Stored,
+}
+
+/// What is stored of a place, which takes longer to learn than where it is.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Stored {
+    Asked,
+    Known(Box<Record>),
+    /// It could not be had.
+    Unknown,
+}
+
 /// A tape in someone's hands, or put away.
 #[derive(Debug, Default)]
 pub(super) struct Measuring {
     on: bool,
-    places: Vec<Place>,
+    places: Vec<Marked>,
+    /// Places that were ever marked.
+    marked: usize,
     /// Answers that are still to come.
     asked: usize,
     /// Another one each time that the tape is taken up or put away.
     round: u64,
-    /// The photograph that one wants to go to, and the place that it sees.
-    chosen: Option<(Sight, DVec3)>,
+    /// Where the photograph was taken that one wants to go to, and the place that it sees.
+    chosen: Option<[DVec3; 2]>,
 }
 
 impl Measuring {
@@ -27,7 +45,8 @@ impl Measuring {
 
     /// Takes the tape up, or puts it away.
     pub(super) fn toggle(&mut self) {
-        *self = Self { on: !self.on, round: self.round + 1, ..Self::default() };
+        let (round, marked) = (self.round + 1, self.marked);
+        *self = Self { on: !self.on, round, marked, ..Self::default() };
     }
 
     /// Puts it away.
@@ -43,52 +62,65 @@ impl Measuring {
         self.round
     }
 
-    /// What a click of a round met, in the order of clicks; nothing where nothing was surveyed.
-    pub(super) fn take(&mut self, round: u64, place: Option<Place>) {
+    /// What a click of a round met, in the order of clicks; nothing where nothing was surveyed. Where
+    /// the place is marked now, its number, by which to say what is stored of it.
+    pub(super) fn take(&mut self, round: u64, place: Option<Place>) -> Option<usize> {
         if round != self.round {
-            return;
+            return None;
         }
         self.asked = self.asked.saturating_sub(1);
-        let Some(place) = place else { return };
+        let place = place?;
         if self.places.len() >= 2 {
             self.places.clear();
         }
-        self.places.push(place);
+        self.places.push(Marked { place, stored: Stored::Asked });
+        self.marked += 1;
+        Some(self.marked - 1)
+    }
+
+    /// What is stored of the place of a number, unless that is not marked any more.
+    pub(super) fn learn(&mut self, number: usize, stored: Stored) {
+        let first = self.marked - self.places.len();
+        let index = number.checked_sub(first);
+        if let Some(marked) = index.and_then(|index| self.places.get_mut(index)) {
+            marked.stored = stored;
+        }
     }
 
     /// Whether an answer is still to come.
     pub(super) fn asks(&self) -> bool {
-        self.asked > 0
+        self.asked > 0 || self.places.iter().any(|marked| marked.stored == Stored::Asked)
     }
 
     /// The places so far, at most two.
-    pub(super) fn places(&self) -> &[Place] {
+    pub(super) fn places(&self) -> &[Marked] {
         &self.places
     }
 
     /// The photographs that see the last place.
-    pub(super) fn sights(&self) -> &[Sight] {
-        self.places.last().map_or(&[], |place| &place.photographs)
+    pub(super) fn sights(&self) -> &[StoredSight] {
+        match self.places.last().map(|marked| &marked.stored) {
+            Some(Stored::Known(record)) => &record.photographs,
+            _ => &[],
+        }
     }
 
     /// Someone chooses one of them.
     pub(super) fn choose(&mut self, index: usize) {
-        let place = self.places.last();
-        let chosen = place.and_then(|place| {
-            place.photographs.get(index).map(|sight| (sight.clone(), place.position))
-        });
-        self.chosen = chosen;
+        let place = self.places.last().map(|marked| marked.place.position);
+        self.chosen =
+            self.sights().get(index).zip(place).map(|(sight, place)| [sight.centre, place]);
     }
 
     /// What was chosen since it was last asked.
-    pub(super) fn take_chosen(&mut self) -> Option<(Sight, DVec3)> {
+    pub(super) fn take_chosen(&mut self) -> Option<[DVec3; 2]> {
         self.chosen.take()
     }
 
     /// What lies between the two places, once there are two.
     pub(super) fn measurement(&self) -> Option<Measurement> {
         match self.places.as_slice() {
-            [from, to] => Some(Measurement::between(from, to)),
+            [from, to] => Some(Measurement::between(&from.place, &to.place)),
             _ => None,
         }
     }
@@ -96,14 +128,30 @@ impl Measuring {
 
 #[cfg(test)]
 mod tests {
-    use flaneur_scene::ImageId;
     use glam::DVec2;
 
     use super::*;
 
+    fn at(x: f64) -> Option<Place> {
+        Some(Place::on(DVec3::Z, DVec3::X * x))
+    }
+
+    /// Seen by one photograph, which was taken at `centre`.
+    fn seen_from(centre: DVec3) -> Stored {
+        let sight = StoredSight {
+            panorama: "7".to_owned(),
+            camera: "left".to_owned(),
+            time: None,
+            centre,
+            pixel: DVec2::ZERO,
+            distance_m: 4.0,
+            share: 1.0,
+        };
+        Stored::Known(Box::new(Record { photographs: vec![sight], ..Record::default() }))
+    }
+
     #[test]
     fn two_clicks_measure_and_a_third_begins_anew() {
-        let at = |x: f64| Some(Place::on(DVec3::Z, DVec3::X * x));
         let mut tape = Measuring::default();
         tape.toggle();
         let (first, second) = (tape.ask(), tape.ask());
@@ -111,29 +159,45 @@ mod tests {
         assert!(tape.is_on() && tape.asks() && tape.measurement().is_none());
         tape.take(second, at(4.0));
         let measured = tape.measurement().expect("two places");
-        assert!(!tape.asks() && measured.distance == 3.0);
+        assert!(measured.distance == 3.0);
         assert!((measured.uncertainty.expect("known") - 0.05 * 2f64.sqrt()).abs() < 1e-12);
         let third = tape.ask();
-        tape.take(third, None);
+        assert_eq!(tape.take(third, None), None);
         assert_eq!(tape.measurement(), Some(measured), "nothing is there: the tape stays");
         let (fourth, late) = (tape.ask(), tape.ask());
         tape.take(fourth, at(9.0));
         assert_eq!((tape.places().len(), tape.measurement()), (1, None));
-        assert!(tape.sights().is_empty());
-        tape.choose(0);
-        assert_eq!(tape.take_chosen(), None, "there is none");
-        let id = ImageId::new("7", "left").expect("a name");
-        let sight = Sight { id, pixel: DVec2::ZERO, distance_m: 4.0, share: 1.0 };
-        let seen = Place { photographs: vec![sight.clone()], ..Place::on(DVec3::Z, DVec3::Y) };
-        let fifth = tape.ask();
-        tape.take(fifth, Some(seen));
-        assert_eq!(tape.sights(), std::slice::from_ref(&sight));
-        tape.choose(0);
-        assert_eq!(tape.take_chosen(), Some((sight, DVec3::Y)));
-        assert_eq!(tape.take_chosen(), None, "once");
         tape.close();
         tape.toggle();
-        tape.take(late, at(2.0));
-        assert!(tape.is_on() && tape.places().is_empty(), "of a tape that was put away");
+        assert_eq!(tape.take(late, at(2.0)), None, "of a tape that was put away");
+        assert!(tape.is_on() && tape.places().is_empty());
+    }
+
+    #[test]
+    fn what_is_stored_of_a_place_comes_after_it() {
+        let mut tape = Measuring::default();
+        tape.toggle();
+        let rounds = [tape.ask(), tape.ask(), tape.ask()];
+        let first = tape.take(rounds[0], at(1.0)).expect("marked");
+        assert!(tape.asks() && tape.sights().is_empty());
+        tape.choose(0);
+        assert_eq!(tape.take_chosen(), None, "there is none yet");
+        let second = tape.take(rounds[1], at(2.0)).expect("marked");
+        tape.learn(second, seen_from(DVec3::Y));
+        assert!(tape.asks(), "of the first nothing is known");
+        tape.choose(0);
+        assert_eq!(tape.take_chosen(), Some([DVec3::Y, DVec3::X * 2.0]));
+        assert_eq!(tape.take_chosen(), None, "once");
+        let third = tape.take(rounds[2], at(3.0)).expect("marked");
+        tape.learn(first, seen_from(DVec3::Z));
+        assert_eq!(tape.places()[0].stored, Stored::Asked, "the first is not marked any more");
+        tape.learn(third, Stored::Unknown);
+        assert!(!tape.asks() && tape.sights().is_empty());
+        tape.toggle();
+        tape.toggle();
+        tape.learn(third, seen_from(DVec3::Z));
+        let again = tape.ask();
+        let fourth = tape.take(again, at(4.0)).expect("marked");
+        assert!(fourth > third && tape.places()[0].stored == Stored::Asked);
     }
 }

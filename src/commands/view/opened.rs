@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use flaneur_scene::{ImageId, Panorama, Region};
+use flaneur_scene::{Panorama, Region};
 use flaneur_streamer::{Client, StreamOptions, Streamer};
 use futures::TryStreamExt;
 use glam::{DVec2, DVec3};
@@ -48,27 +48,6 @@ pub(super) async fn nearest(
             let cameras = panorama.photographs()?;
             let centre = cameras.first().map_or(panorama.position, |(_, camera)| camera.centre);
             return Ok(Some((panorama, centre)));
-        }
-    }
-    Ok(None)
-}
-
-/// Where a photograph was taken, within `reach_m` of a place of the plan; `None` where it was not
-/// taken there.
-pub(super) async fn taken_at(
-    client: &Client,
-    id: &ImageId,
-    near: DVec2,
-    reach_m: f64,
-) -> Result<Option<DVec3>, Exit> {
-    let region = Region::Disc { centre: near, radius_m: reach_m };
-    let panoramas = client.panoramas(region).await.map_err(stream_exit)?;
-    let mut panoramas = std::pin::pin!(panoramas);
-    while let Some(panorama) = panoramas.try_next().await.map_err(stream_exit)? {
-        if panorama.id == id.panorama() {
-            let cameras = panorama.photographs()?;
-            let own = cameras.into_iter().find(|(other, _)| other == id);
-            return Ok(own.map(|(_, camera)| camera.centre));
         }
     }
     Ok(None)

@@ -14,13 +14,13 @@ use std::time::Duration;
 
 use flaneur_renderer::{BudgetStanding, FrameStats, Gpu, Mode, Settings};
 use flaneur_scene::View;
+use flaneur_services::place::Found;
 use flaneur_streamer::{FetchLimits, Statistics};
 use glam::{DVec2, UVec2};
 use tokio::sync::{mpsc, watch};
 
 use super::ground::Ground;
 use super::opened::Opened;
-use super::place::Place;
 use crate::exit::Exit;
 use work::Work;
 
@@ -67,7 +67,7 @@ pub(super) enum News {
     /// A new frame.
     Frame(Box<Shown>),
     /// What a click met.
-    Picked(Box<Click>, Option<Box<Place>>),
+    Picked(Box<Click>, Option<Box<Found>>),
     /// Something is missing in the picture; the rest goes on.
     Fault(String),
     /// It cannot go on.

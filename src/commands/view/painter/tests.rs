@@ -13,7 +13,7 @@ use flaneur_streamer::StreamOptions;
 use glam::DVec3;
 
 use super::*;
-use crate::commands::view::place::PlaceKind;
+use crate::commands::view::place::{Place, PlaceKind};
 use crate::commands::view::pose::Pose;
 
 /// How long a frame may take.
@@ -82,8 +82,9 @@ async fn a_painter_shows_one_scene_and_then_another() {
         let click = Click { view: down, pixel: SIZE.as_dvec2() / 2.0, purpose: Purpose::Go };
         painter.order(Order::Pick(Box::new(click)));
         let picked = std::iter::from_fn(|| news.recv_timeout(PATIENCE).ok())
-            .find_map(|news| if let News::Picked(_, place) = news { place } else { None });
-        let place = picked.expect("the road");
+            .find_map(|news| if let News::Picked(_, found) = news { found } else { None });
+        let found = picked.expect("the road");
+        let place = Place::met(&down, &found.picked);
         let road = painter.ground().height(place.position.truncate()).expect("known by now");
         assert_eq!(place.kind(Some(road)), PlaceKind::Ground);
         assert!((place.position.z - road).abs() < 0.3, "{place:?} {road}");

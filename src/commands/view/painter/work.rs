@@ -5,13 +5,13 @@ use std::time::{Duration, Instant};
 
 use flaneur_renderer::{FrameBudget, Gpu, Mode, RenderError, Renderer, Settings};
 use flaneur_scene::SceneUpdate;
+use flaneur_services::place::Found;
 use flaneur_streamer::{Event, Streamer, ViewRequest};
 use tokio::sync::{mpsc, watch};
 
 use super::feed::{Brought, Feed};
 use super::{Click, News, Order, PaintOptions, Shown, Wish};
 use crate::commands::view::ground::Ground;
-use crate::commands::view::place::Place;
 use crate::exit::Exit;
 
 /// A frame waits so long at least for what has arrived to be brought to the device, and half as long
@@ -136,8 +136,8 @@ impl Work {
     fn obey(&mut self, order: Order, tell: &impl Fn(News)) -> Result<(), Exit> {
         match order {
             Order::Pick(click) => {
-                let place = self.pick(&click)?;
-                tell(News::Picked(click, place.map(Box::new)));
+                let found = self.pick(&click)?;
+                tell(News::Picked(click, found.map(Box::new)));
             }
             Order::Open(opened) => {
                 self.renderer = Renderer::with_settings(&self.gpu, self.options.settings);
@@ -270,7 +270,7 @@ impl Work {
     }
 
     /// What a click met.
-    fn pick(&mut self, click: &Click) -> Result<Option<Place>, Exit> {
+    fn pick(&mut self, click: &Click) -> Result<Option<Found>, Exit> {
         let shows = |(drawn, _): (Wish, bool)| drawn.view == click.view;
         if self.rehearses || !self.drawn.is_some_and(shows) {
             let settings = self.options.settings;
@@ -280,7 +280,8 @@ impl Work {
             self.drawn = self.drawn.filter(|drawn| shows(*drawn));
             self.rehearses = false;
         }
-        Ok(self.renderer.pick(click.pixel)?.map(Place::from))
+        let picked = self.renderer.pick(click.pixel)?;
+        Ok(picked.map(|picked| Found { picked, nodes: self.renderer.point_nodes().collect() }))
     }
 }
 

@@ -2,16 +2,15 @@
 
 use std::time::Instant;
 
-use flaneur_renderer::Sight;
+use flaneur_services::place::{Found, Record};
 use glam::{DVec2, DVec3};
 
 use super::{App, Told};
-use crate::commands::view::opened::{nearest, taken_at};
+use crate::commands::view::measuring::Stored;
+use crate::commands::view::opened::nearest;
 use crate::commands::view::painter::{Click, Order, Purpose};
 use crate::commands::view::place::Place;
-
-/// Panoramas are looked for so much farther than a photograph says, metres: a camera is not its rig.
-const SLACK_M: f64 = 10.0;
+use crate::exit::Exit;
 
 impl App {
     /// Someone clicks at a pixel of what is shown now.
@@ -31,18 +30,21 @@ impl App {
     }
 
     /// A click met a place, or nothing that was surveyed.
-    pub(super) fn picked(&mut self, click: &Click, place: Option<Place>) {
+    pub(super) fn picked(&mut self, click: &Click, found: Option<Found>) {
         let Some(open) = &mut self.open else { return };
+        let place = found.as_ref().map(|found| Place::met(&click.view, &found.picked));
         if place.is_none() && click.purpose != Purpose::Photograph {
             open.panels.say("nothing was surveyed there".to_owned());
         }
         match (click.purpose, place) {
             (Purpose::Measure(round), place) => {
                 let measuring = &mut open.panels.measuring;
-                measuring.take(round, place);
-                tracing::debug!(photographs = measuring.sights().len(), "placed");
+                let number = measuring.take(round, place);
                 if let Some(measured) = measuring.measurement() {
                     tracing::debug!(distance_m = measured.distance, "measured");
+                }
+                if let Some((number, found)) = number.zip(found) {
+                    self.scene.look_up(number, found, &self.proxy);
                 }
             }
             (Purpose::Photograph, place) => {
@@ -55,19 +57,28 @@ impl App {
         }
     }
 
-    /// Looks for where a photograph was taken that sees a place, to go there and look at it.
-    pub(super) fn find_taken(&self, sight: Sight, place: DVec3) {
-        let (client, proxy) = (self.scene.client.clone(), self.proxy.clone());
-        tokio::spawn(async move {
-            let reach_m = sight.distance_m + SLACK_M;
-            let centre = taken_at(&client, &sight.id, place.truncate(), reach_m).await;
-            drop(proxy.send_event(Told::Taken(centre, place)));
-        });
+    /// What is stored of a marked place, or why that is not known.
+    pub(super) fn learn(&mut self, number: usize, stored: Result<Record, Exit>) {
+        let Some(open) = &mut self.open else { return };
+        let measuring = &mut open.panels.measuring;
+        match stored {
+            Ok(record) => {
+                let (photographs, point) = (record.photographs.len(), record.point.as_ref());
+                let source = point.map(|point| point.source.as_str());
+                let footprint = record.footprint.as_deref();
+                tracing::debug!(photographs, source, footprint, "placed");
+                measuring.learn(number, Stored::Known(Box::new(record)));
+            }
+            Err(exit) => {
+                measuring.learn(number, Stored::Unknown);
+                self.say(format!("what is stored of the place cannot be had: {}", exit.message()));
+            }
+        }
     }
 
     /// Looks for the photograph nearest to a place, to go there.
     pub(super) fn find_photograph(&self, near: DVec3) {
-        let (client, proxy) = (self.scene.client.clone(), self.proxy.clone());
+        let (client, proxy) = (self.scene.streamer.client().clone(), self.proxy.clone());
         tokio::spawn(async move {
             let found = nearest(&client, near.truncate()).await;
             drop(proxy.send_event(Told::Photograph(found)));

@@ -16,10 +16,11 @@ const MOST_NOTCHES: f64 = 3.0;
 
 impl App {
     /// Does what an event asks for; a panel's pointer is not the picture's.
-    pub(super) fn control(&mut self, event: &WindowEvent, of_panel: bool) {
+    pub(super) fn control(&mut self, event: &WindowEvent) {
         let now = Instant::now();
         let Some(open) = &mut self.open else { return };
         open.wake();
+        let of_panel = open.panels.is_at(open.pointer.at());
         match event {
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(event, now),
             WindowEvent::ModifiersChanged(modifiers) => {

@@ -61,7 +61,7 @@ pub(super) fn figures(facts: &Facts<'_>) -> Vec<(&'static str, String)> {
     line("looks", format!("{:.1}°, {:+.1}°, {:.1}° high", degrees[0], degrees[1], degrees[2]));
     let size = facts.view.size();
     line("size", format!("{} x {}", size.x, size.y));
-    line("scene", format!("{}, {}", facts.scene, facts.reference.crs));
+    line("scene", format!("{}, {}", facts.scene, facts.reference.code));
     line("adapter", facts.adapter.to_owned());
     lines
 }

@@ -20,7 +20,8 @@ use std::time::{Duration, Instant};
 
 use flaneur_renderer::Mode;
 use flaneur_scene::Panorama;
-use flaneur_streamer::{Client, StreamOptions};
+use flaneur_services::place::{Found, Record, look_up};
+use flaneur_streamer::{StreamOptions, Streamer};
 use glam::{DVec2, DVec3, UVec2};
 use tokio_util::sync::CancellationToken;
 use winit::application::ApplicationHandler;
@@ -37,6 +38,7 @@ use super::pose::Pose;
 use super::surroundings::{SURROUNDINGS_M, Surroundings};
 use super::visitor::Visitor;
 use crate::exit::Exit;
+use crate::source::stream_exit;
 use figures::Facts;
 use lead::Lead;
 use panels::PanelState;
@@ -57,8 +59,8 @@ pub(super) enum Told {
     Painter(News),
     /// The photograph nearest to where one stands, or clicked twice.
     Photograph(Result<Option<(Panorama, DVec3)>, Exit>),
-    /// Where a photograph was taken, and a place that it shows.
-    Taken(Result<Option<DVec3>, Exit>, DVec3),
+    /// What is stored of a measured place, by its number.
+    Stored(usize, Result<Record, Exit>),
     /// The houses around, by the number of the question; `None` where they could not be had.
     Surroundings(u64, Option<Buildings>),
     /// A scene was dropped onto it and opened.
@@ -69,7 +71,8 @@ pub(super) enum Told {
 
 /// What a window shows.
 pub(super) struct Scene {
-    pub(super) client: Client,
+    /// It looks at nothing itself: for what is asked beside the painter's.
+    pub(super) streamer: Arc<Streamer>,
     pub(super) name: String,
     pub(super) reference: Reference,
 }
@@ -161,7 +164,7 @@ impl ApplicationHandler<Told> for App {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(open) = &mut self.open else { return };
-        let of_panel = open.panels.notice(&open.window, &event);
+        open.panels.notice(&open.window, &event);
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::RedrawRequested => {
@@ -173,7 +176,7 @@ impl ApplicationHandler<Told> for App {
                 open.screen.resize();
                 open.wake();
             }
-            event => self.control(&event, of_panel),
+            event => self.control(&event),
         }
     }
 
@@ -183,22 +186,19 @@ impl ApplicationHandler<Told> for App {
             Told::Cancelled => self.end(event_loop, Exit::Interrupted),
             Told::Painter(News::Frame(shown)) => self.show(shown),
             Told::Painter(News::Fault(fault)) => self.say(fault),
-            Told::Painter(News::Picked(click, place)) => {
-                self.picked(&click, place.map(|place| *place));
+            Told::Painter(News::Picked(click, found)) => {
+                self.picked(&click, found.map(|found| *found));
             }
             Told::Photograph(Ok(Some((_, centre)))) => {
                 self.visitor.go(self.visitor.pose().at(centre), Instant::now());
             }
-            Told::Taken(Ok(Some(centre)), place) => {
-                self.visitor.go(self.visitor.pose().at(centre).facing(place), Instant::now());
-            }
-            Told::Taken(Ok(None), _) => self.say("the photograph is not there any more".to_owned()),
+            Told::Stored(number, stored) => self.learn(number, stored),
             Told::Photograph(Ok(None)) => self.say("no photograph is near".to_owned()),
             Told::Surroundings(question, found) => {
                 self.surroundings.take(question, found, Instant::now());
             }
             Told::Opened(Ok(opened)) => self.go_over(*opened),
-            Told::Photograph(Err(exit)) | Told::Taken(Err(exit), _) | Told::Opened(Err(exit)) => {
+            Told::Photograph(Err(exit)) | Told::Opened(Err(exit)) => {
                 self.say(exit.message());
             }
         }
@@ -279,8 +279,9 @@ impl App {
         open.again_at = again.map(|delay| now + delay.max(PACE));
         open.drawn_at = now;
         open.drawing = now.elapsed();
-        if let Some((sight, place)) = chosen {
-            self.find_taken(sight, place);
+        if let Some([taken_at, place]) = chosen {
+            self.visitor.go(self.visitor.pose().at(taken_at).facing(place), Instant::now());
+            open.wake();
         }
         Ok(())
     }
@@ -332,14 +333,22 @@ impl Scene {
     /// That of a streamer.
     pub(super) fn of(opened: &Opened) -> Self {
         let info = opened.streamer.info();
-        let client = opened.streamer.client().clone();
-        let (crs, geographic_origin) = (info.crs.clone(), info.geographic_origin);
-        Self { client, name: info.name.clone(), reference: Reference { crs, geographic_origin } }
+        let streamer = Arc::new(opened.streamer.beside());
+        Self { streamer, name: info.name.clone(), reference: Reference::of(info) }
+    }
+
+    /// Asks what is stored of the place that was marked as `number`.
+    fn look_up(&self, number: usize, found: Found, proxy: &EventLoopProxy<Told>) {
+        let (streamer, proxy) = (Arc::clone(&self.streamer), proxy.clone());
+        tokio::spawn(async move {
+            let stored = look_up(&streamer, &found, usize::MAX).await.map_err(stream_exit);
+            drop(proxy.send_event(Told::Stored(number, stored)));
+        });
     }
 
     /// Asks for the houses around a place.
     fn ask_around(&self, place: DVec2, question: u64, proxy: &EventLoopProxy<Told>) {
-        let (client, proxy) = (self.client.clone(), proxy.clone());
+        let (client, proxy) = (self.streamer.client().clone(), proxy.clone());
         tokio::spawn(async move {
             let found = Buildings::around(&client, place, SURROUNDINGS_M).await;
             if let Err(error) = &found {

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use egui::{Align2, Color32, RichText, TextStyle, TextWrapMode};
+use glam::DVec2;
 use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
@@ -76,9 +77,18 @@ impl PanelState {
         self.message = None;
     }
 
-    /// Takes note of an event; whether it belongs to a panel.
-    pub(super) fn notice(&mut self, window: &Window, event: &WindowEvent) -> bool {
-        self.input.on_window_event(window, event).consumed
+    /// Takes note of an event.
+    pub(super) fn notice(&mut self, window: &Window, event: &WindowEvent) {
+        _ = self.input.on_window_event(window, event);
+    }
+
+    /// Whether what is done at a pixel of the window is done to a panel: by where panels are, not by what
+    /// the pointer was over when they were drawn last, because a hand may be faster than that.
+    pub(super) fn is_at(&self, pixel: DVec2) -> bool {
+        let at = (pixel / f64::from(self.context.pixels_per_point())).as_vec2();
+        // Behind all panels lies a layer that covers the window.
+        let layer = self.context.layer_id_at(egui::pos2(at.x, at.y));
+        layer.is_some_and(|layer| layer.order != egui::Order::Background)
     }
 
     /// Lays the panels out. After how long they are to be drawn again though nothing happens, if ever.
@@ -111,9 +121,7 @@ impl PanelState {
         }
         if self.measuring.is_on() {
             context.set_cursor_icon(egui::CursorIcon::Crosshair);
-            // Where nobody clicks: the ground is below.
-            let lines = tape::lines(&self.measuring, facts.reference);
-            label(context, "tape", Align2::RIGHT_TOP, &lines.join("\n"));
+            tape::show(context, &self.measuring, facts.reference);
             photographs::show(context, &mut self.measuring);
         }
         if self.shows_hint && !self.measuring.is_on() {
@@ -199,6 +207,12 @@ fn show_help(context: &egui::Context, open: &mut bool) {
             }
         });
     });
+}
+
+/// What grows with its lines up to `highest` points, and is scrolled from there on.
+pub(super) fn list(highest: f32) -> egui::ScrollArea {
+    // Otherwise it would keep to the height that it had with fewer.
+    egui::ScrollArea::vertical().max_height(highest).min_scrolled_height(highest)
 }
 
 /// From a side of the window towards its middle.

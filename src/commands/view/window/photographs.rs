@@ -1,8 +1,9 @@
 //! The photographs that see the place that was measured last, to be chosen from.
 
-use egui::{Align2, RichText};
+use egui::{Align2, RichText, TextWrapMode};
 
-use super::panels::inward;
+use super::panels::{self, inward};
+use crate::commands::view::measurement::{date, rough_metres};
 use crate::commands::view::measuring::Measuring;
 
 /// The list takes at most so much of the window's height.
@@ -27,8 +28,11 @@ pub(super) fn show(context: &egui::Context, measuring: &mut Measuring) {
     let list = |ui: &mut egui::Ui| {
         let mut chosen = None;
         for (index, sight) in sights.iter().enumerate() {
-            let line = format!("{}   {:.0} m", sight.id, sight.distance_m);
-            if ui.button(RichText::new(line).size(LETTERS)).clicked() {
+            let (taken, away) = (date(sight.time.as_deref()), rough_metres(sight.distance_m));
+            let line = format!("{}/{}   {taken} · {away}", sight.panorama, sight.camera);
+            let text = RichText::new(line).size(LETTERS);
+            let button = egui::Button::new(text).wrap_mode(TextWrapMode::Extend);
+            if ui.add(button).clicked() {
                 chosen = Some(index);
             }
         }
@@ -38,7 +42,7 @@ pub(super) fn show(context: &egui::Context, measuring: &mut Measuring) {
         let frame = egui::Frame::popup(ui.style());
         let framed = frame.show(ui, |ui| {
             ui.label(RichText::new(title).size(LETTERS));
-            egui::ScrollArea::vertical().max_height(highest).show(ui, list).inner
+            panels::list(highest).show(ui, list).inner
         });
         framed.inner
     });

@@ -14,8 +14,8 @@ pub(super) fn draw(context: &egui::Context, measuring: &Measuring, view: &View) 
     let scale = f64::from(context.pixels_per_point());
     let painter = context.layer_painter(egui::LayerId::background());
     let shown = |index: usize| {
-        let place = measuring.places().get(index)?;
-        let (pixel, _) = view.camera.project(place.position)?;
+        let marked = measuring.places().get(index)?;
+        let (pixel, _) = view.camera.project(marked.place.position)?;
         let at = (pixel / scale).as_vec2();
         Some(Pos2::new(at.x, at.y))
     };
@@ -25,7 +25,12 @@ pub(super) fn draw(context: &egui::Context, measuring: &Measuring, view: &View) 
         painter.line_segment([a, b], Stroke::new(2.0, Color32::WHITE));
         if let Some(measured) = measuring.measurement() {
             let above = a.lerp(b, 0.5) - egui::vec2(0.0, 14.0);
-            write(&painter, above, Align2::CENTER_CENTER, &metres(measured.distance));
+            write(
+                &painter,
+                above,
+                Align2::CENTER_CENTER,
+                &metres(measured.distance, measured.uncertainty),
+            );
         }
     }
     for (at, letter) in ends.into_iter().zip(["A", "B"]) {

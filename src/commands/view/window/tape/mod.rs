@@ -1,0 +1,266 @@
+//! What is said of measured places: where they are, from what they are known, what lies between them.
+
+mod las_class;
+mod moment;
+mod reference;
+
+use egui::{Align2, Color32, RichText, TextWrapMode};
+use flaneur_renderer::PickedSurface;
+use flaneur_scene::SurfaceClass;
+use flaneur_services::place::Record;
+
+use super::panels::{self, inward};
+use crate::commands::view::measurement::{
+    coordinates, date, geographic, metres, plus_minus, signed_metres,
+};
+use crate::commands::view::measuring::{Marked, Measuring, Stored};
+use las_class::las_class;
+use moment::moment;
+pub(in crate::commands::view) use reference::Reference;
+
+const INTRODUCTION: &str = "Click a place for its coordinates, a second one for the distance.";
+const ASKING: &str = "Asking ...";
+
+/// It takes at most so much of the window's height.
+const SHARE: f32 = 0.5;
+/// Widths of what is said, and of the names of figures, points.
+const WIDTH: f32 = 330.0;
+const NAMES: f32 = 100.0;
+/// Height of its letters, and of those of remarks, points.
+const LETTERS: f32 = 13.0;
+const SMALL: f32 = 11.5;
+/// Of remarks and names.
+const FAINT: Color32 = Color32::from_gray(175);
+
+/// Something that is said.
+#[derive(Clone, Debug, PartialEq)]
+enum Line {
+    /// Of what the following is.
+    Head(&'static str),
+    /// A figure by its name.
+    Figure(&'static str, String),
+    /// What is to be known of the figure above.
+    Remark(String),
+    /// Of no figure.
+    Note(String),
+}
+
+/// Shows it in a corner, above where one clicks: the ground is below.
+pub(super) fn show(context: &egui::Context, measuring: &Measuring, reference: &Reference) {
+    let side = Align2::RIGHT_TOP;
+    let highest = SHARE * context.content_rect().height();
+    let area = egui::Area::new(egui::Id::unique("tape")).anchor(side, inward(side));
+    area.show(context, |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.spacing_mut().item_spacing.y = 2.0;
+            // There is nothing to copy it with.
+            ui.style_mut().interaction.selectable_labels = false;
+            panels::list(highest).show(ui, |ui| {
+                ui.set_max_width(NAMES + WIDTH);
+                for line in lines(measuring, reference) {
+                    write(ui, &line);
+                }
+            });
+        });
+    });
+}
+
+fn write(ui: &mut egui::Ui, line: &Line) {
+    let wrapped = |text| egui::Label::new(text).wrap_mode(TextWrapMode::Wrap);
+    let letters = |text: &str| RichText::new(text).size(LETTERS);
+    let faint = |text: &str| RichText::new(text).size(SMALL).color(FAINT);
+    match line {
+        Line::Head(head) => _ = ui.strong(*head),
+        Line::Note(note) => _ = ui.add(wrapped(faint(note))),
+        Line::Figure(name, figure) => {
+            beside(ui, letters(name).color(FAINT), wrapped(letters(figure)));
+        }
+        Line::Remark(remark) => beside(ui, letters(""), wrapped(faint(remark))),
+    }
+}
+
+/// Something beside its name.
+fn beside(ui: &mut egui::Ui, name: RichText, what: egui::Label) {
+    ui.horizontal_top(|ui| {
+        ui.allocate_ui(egui::vec2(NAMES, 0.0), |ui| {
+            ui.set_min_width(NAMES);
+            ui.label(name);
+        });
+        ui.add(what);
+    });
+}
+
+/// All that is to be said.
+fn lines(measuring: &Measuring, reference: &Reference) -> Vec<Line> {
+    let (mut lines, places) = (Vec::new(), measuring.places());
+    if let Some(measured) = measuring.measurement() {
+        let sure = measured.uncertainty;
+        let about = sure.map(plus_minus).unwrap_or_default();
+        let distance = format!("{} {about}", metres(measured.distance, sure));
+        lines.push(Line::Figure("Distance", distance.trim_end().to_owned()));
+        let horizontal = metres(measured.horizontal, sure);
+        let vertical = signed_metres(measured.vertical, sure);
+        lines.push(Line::Remark(format!("horizontal {horizontal} · vertical {vertical}")));
+    }
+    for (marked, head) in places.iter().zip(["Place A", "Place B"]) {
+        if places.len() > 1 {
+            lines.push(Line::Head(head));
+        }
+        say_where(&mut lines, marked, reference);
+        if let Stored::Known(record) = &marked.stored {
+            say_what(&mut lines, marked, record);
+        }
+    }
+    if !places.is_empty() {
+        lines.push(Line::Note(reference.words()));
+    }
+    if measuring.asks() {
+        lines.push(Line::Note(ASKING.to_owned()));
+    } else if places.is_empty() {
+        lines.push(Line::Note(INTRODUCTION.to_owned()));
+    }
+    lines
+}
+
+/// Where a place is, and how surely.
+fn say_where(lines: &mut Vec<Line>, Marked { place, .. }: &Marked, reference: &Reference) {
+    let unsure = place.uncertainty_m;
+    let about = match unsure {
+        known if known > 0.0 => plus_minus(known),
+        _ => "of unknown uncertainty".to_owned(),
+    };
+    let position = coordinates(place.position, Some(unsure));
+    lines.push(Line::Figure("Position", format!("{position} {about}")));
+    let on_earth = reference.geographic(place.position);
+    let on_earth = on_earth.map(|degrees| geographic(degrees, unsure));
+    let on_earth = on_earth.unwrap_or_else(|| "not tied to the Earth".to_owned());
+    lines.push(Line::Figure("WGS84", on_earth));
+}
+
+/// From what it is known.
+fn say_what(lines: &mut Vec<Line>, Marked { place, .. }: &Marked, record: &Record) {
+    let building = record.footprint.as_deref().unwrap_or_default();
+    let mesh = match (place.surface, &record.point) {
+        (PickedSurface::Point, Some(point)) => {
+            let (source, class) = (&point.source, las_class(point.class));
+            let what = format!("lidar point of source {source}: {class}");
+            lines.push(Line::Figure("Measured on", what));
+            lines.push(Line::Figure("Point as stored", coordinates(point.position, None)));
+            let [time, remark] = moment(point);
+            lines.push(Line::Figure("Measured at", time));
+            lines.extend((!remark.is_empty()).then_some(Line::Remark(remark)));
+            None
+        }
+        (PickedSurface::Point, None) => None,
+        (PickedSurface::Mesh(SurfaceClass::Ground), _) => Some("terrain".to_owned()),
+        (PickedSurface::Mesh(SurfaceClass::Wall), _) => {
+            Some(format!("wall of building {building}"))
+        }
+        (PickedSurface::Mesh(SurfaceClass::Roof), _) => {
+            Some(format!("roof of building {building}"))
+        }
+    };
+    lines.extend(mesh.map(|what| Line::Figure("Measured on", what)));
+    let coloured = match record.photographs.first() {
+        Some(first) => {
+            format!("{}/{}, {}", first.panorama, first.camera, date(first.time.as_deref()))
+        }
+        None => "none sees it".to_owned(),
+    };
+    lines.push(Line::Figure("Photograph", coloured));
+}
+
+#[cfg(test)]
+mod tests {
+    use flaneur_scene::GpsTimeKind;
+    use flaneur_services::place::StoredSight;
+    use flaneur_streamer::SurveyedPoint;
+    use glam::{DVec2, DVec3};
+
+    use super::*;
+    use crate::commands::view::place::Place;
+
+    /// The figure of a name, of each place that has one.
+    fn figures(lines: &[Line], of: &str) -> Vec<String> {
+        let figure = |line: &Line| match line {
+            Line::Figure(name, figure) if *name == of => Some(figure.clone()),
+            _ => None,
+        };
+        lines.iter().filter_map(figure).collect()
+    }
+
+    /// A tape with a place.
+    fn marked(place: Place, record: Record) -> Measuring {
+        let mut tape = Measuring::default();
+        tape.toggle();
+        let round = tape.ask();
+        let number = tape.take(round, Some(place)).expect("marked");
+        tape.learn(number, Stored::Known(Box::new(record)));
+        tape
+    }
+
+    #[test]
+    fn a_tape_says_where_its_ends_are_and_what_lies_between() {
+        let reference = Reference::new("EPSG:2154", None);
+        let mut tape = Measuring::default();
+        tape.toggle();
+        let note = |text: &str| Some(Line::Note(text.to_owned()));
+        assert_eq!(lines(&tape, &reference), [Line::Note(INTRODUCTION.to_owned())]);
+        let from = DVec3::new(651_000.0, 6_861_000.0, 40.0);
+        for place in [from, from + DVec3::new(3.0, 4.0, -12.0)] {
+            let round = tape.ask();
+            assert_eq!(lines(&tape, &reference).last().cloned(), note(ASKING));
+            tape.take(round, Some(Place::on(DVec3::Z, place)));
+        }
+        let said = lines(&tape, &reference);
+        assert_eq!(figures(&said, "Distance"), ["13.000 m ± 71 mm"]);
+        let parts = "horizontal 5.000 m · vertical \u{2212}12.000 m";
+        assert_eq!(said[1], Line::Remark(parts.to_owned()));
+        assert_eq!(figures(&said, "Position")[0], "651000.000, 6861000.000, 40.000 ± 50 mm");
+        assert!(figures(&said, "WGS84")[1].starts_with("48.84"), "{said:?}");
+        assert!(figures(&said, "Measured on").is_empty(), "that is not known yet: {said:?}");
+        assert_eq!(said.last().cloned(), note(ASKING));
+        let nowhere = lines(&tape, &Reference::new("local", None));
+        assert_eq!(figures(&nowhere, "WGS84"), ["not tied to the Earth"; 2]);
+    }
+
+    #[test]
+    fn a_point_is_said_as_it_was_surveyed_and_photographs_with_their_time() {
+        let place = Place::on(DVec3::Z, DVec3::new(651_000.0, 6_861_000.0, 40.0));
+        let point = SurveyedPoint {
+            source: "lidar".to_owned(),
+            position: DVec3::new(651_000.01, 6_861_000.002, 39.998),
+            class: 2,
+            intensity: 9,
+            gps_time_s: 399_712_818.125,
+            gps_time_kind: GpsTimeKind::Adjusted,
+        };
+        let sight = StoredSight {
+            panorama: "7".to_owned(),
+            camera: "left".to_owned(),
+            time: Some("2024-05-14T09:06:41Z".to_owned()),
+            centre: DVec3::ZERO,
+            pixel: DVec2::ZERO,
+            distance_m: 4.0,
+            share: 1.0,
+        };
+        let record = Record { point: Some(point), footprint: None, photographs: vec![sight] };
+        let said = lines(&marked(place, record), &Reference::new("EPSG:2154", None));
+        assert_eq!(figures(&said, "Measured on"), ["lidar point of source lidar: ground, class 2"]);
+        assert_eq!(figures(&said, "Point as stored"), ["651000.010, 6861000.002, 39.998"]);
+        assert_eq!(figures(&said, "Measured at"), ["2024-05-14 09:06:40.125 UTC"]);
+        assert_eq!(figures(&said, "Photograph"), ["7/left, 2024-05-14 09:06 UTC"]);
+        assert!(!said.contains(&Line::Head("Place A")), "there is no other");
+    }
+
+    #[test]
+    fn a_wall_is_said_with_its_building() {
+        let surface = PickedSurface::Mesh(SurfaceClass::Wall);
+        let place = Place { surface, uncertainty_m: 0.5, ..Place::on(DVec3::Y, DVec3::ONE) };
+        let record = Record { footprint: Some("b-12".to_owned()), ..Record::default() };
+        let said = lines(&marked(place, record), &Reference::new("local", None));
+        assert_eq!(figures(&said, "Measured on"), ["wall of building b-12"]);
+        assert_eq!(figures(&said, "Position"), ["1.00, 1.00, 1.00 ± 50 cm"]);
+        assert_eq!(figures(&said, "Photograph"), ["none sees it"]);
+    }
+}
