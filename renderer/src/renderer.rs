@@ -414,7 +414,7 @@ impl Renderer {
             self.infer_pass.draw(gpu, stages.encoder(), &self.tile_pass, evidence, cells, targets);
             stages.ended("infer")?;
         }
-        let shown = tiles::Shown { eye, size, positions: &targets.records.positions };
+        let shown = tiles::Shown { view, size, positions: &targets.records.positions };
         let boxes = self.tile_pass.boxes(gpu, stages.encoder(), shown);
         let tiles = Tiled { pass: &self.tile_pass, boxes: &boxes };
         stages.ended("tiles")?;

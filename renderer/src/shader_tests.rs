@@ -181,7 +181,7 @@ fn mirrors_have_the_layout_of_their_shaders() {
         tiles::WGSL,
         "Frame",
         tiles::gpu_data::Frame,
-        [size, columns, tile_count, apart, padding_0, padding_1, padding_2]
+        [size, columns, tile_count, right, apart, down, orthographic, forward, padding]
     );
     assert_mirrors!(
         tiles::WGSL,

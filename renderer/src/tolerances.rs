@@ -173,14 +173,14 @@ pub const INFERRED_JUMPING_SHARE: f64 = 1e-3;
 /// eleven such values, twice, where the targets hold f32.
 pub const COST: f64 = 1e-6;
 
-/// How far a box may reach into a photograph's pyramid, metres, where rounding alone decides
-/// whether it is listed: positions up to 60 m from the eye are good to 4e-6 m, and three of them
-/// are added.
-pub const PYRAMID_M: f64 = 5e-5;
+/// How far a box may miss a photograph's pyramid, metres at the depth 1, where it may be listed all the
+/// same: the margins for rounding are a millimetre, half of one at the 2 m from where the test's
+/// places begin, and a hundredth of a pixel.
+pub const PYRAMID: f64 = 2e-3;
 
 /// By how much more tiles may be listed for photographs than they see something of, as a share:
 /// the box around the places of a tile holds more than these, most where depths jump.
-pub const TILES_IN_VAIN: f64 = 0.1;
+pub const TILES_IN_VAIN: f64 = 0.05;
 
 /// The logarithm of an exposure gain against f64: one byte of sRGB is 1.7 % of a linear colour in
 /// the middle of its curve, so that a third of one makes 0.6 % of each of the two colours whose

@@ -264,7 +264,7 @@ impl InferPass {
         self.diffuse.draw(gpu, encoder, &cells.levels, [backdrop, 0.0, 0.0]);
         let bindings = vec![inference.clone(), texture(&cells.rays), texture(cells.levels.whole())];
         self.places.draw(gpu, encoder, bindings, &[&cells.places]);
-        let shown = Shown { eye: view.eye(), size: grid.tall(), positions: &cells.places };
+        let shown = Shown { view, size: grid.tall(), positions: &cells.places };
         let asked = evidence.of_nearest(MAX_RIGS as usize);
         let boxes = tile_pass.boxes(gpu, encoder, shown);
         let tiles = tile_pass.lists(gpu, encoder, asked, false, &boxes);

@@ -1,5 +1,6 @@
 //! Who is asked where the nearest rigs have spoken, against f64.
 
+use flaneur_scene::View;
 use glam::{DVec3, UVec2};
 
 use super::reference::{UNHEARD, at_most, heard};
@@ -100,7 +101,8 @@ fn on_device(picture: &Field<Pixel>, rest: &[Drawn]) -> (Vec<f32>, Vec<u32>) {
     });
     let limits = limits.create_view(&Default::default());
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
-    let shown = Shown { eye: DVec3::ZERO, size: SIZE, positions: &positions };
+    let view = View::look(DVec3::ZERO, 0.0, 0.0, 1.0, SIZE);
+    let shown = Shown { view: &view, size: SIZE, positions: &positions };
     let boxes = TilePass::new(gpu()).boxes(gpu(), &mut encoder, shown);
     let spoken = Spoken {
         size: SIZE,

@@ -3,8 +3,11 @@
 //! The picture is cut into tiles. The places that a tile shows lie in a box; a photograph whose
 //! pyramid misses the box is not drawn over the tile. The device makes the lists and draws
 //! from them, so that nothing waits for the host.
+//!
+//! Equations and reasons are in reference.rs.
 
-use glam::{DVec3, UVec2};
+use flaneur_scene::{View, ViewProjection};
+use glam::{DVec3, DVec4, UVec2};
 use wgpu::util::DeviceExt as _;
 
 use crate::Gpu;
@@ -28,10 +31,12 @@ pub(crate) mod gpu_data {
         pub(crate) size: [u32; 2],
         pub(crate) columns: u32,
         pub(crate) tile_count: u32,
+        pub(crate) right: [f32; 3],
         pub(crate) apart: u32,
-        pub(crate) padding_0: u32,
-        pub(crate) padding_1: u32,
-        pub(crate) padding_2: u32,
+        pub(crate) down: [f32; 3],
+        pub(crate) orthographic: u32,
+        pub(crate) forward: [f32; 3],
+        pub(crate) padding: u32,
     }
 
     /// Mirrors `Pyramid` in tiles.wgsl.
@@ -58,13 +63,15 @@ pub(crate) mod gpu_data {
 
 /// How far beside a photograph's pyramid its tiles may lie, metres: positions are rounded.
 const MARGIN_M: f64 = 1e-3;
+/// And by which tangent: so are directions.
+const MARGIN: f64 = 1e-5;
 
 /// What the pixels of a picture show.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shown<'a> {
-    /// World.
-    pub(crate) eye: DVec3,
-    /// Of the picture, pixels.
+    /// Whose picture it is.
+    pub(crate) view: &'a View,
+    /// Of the picture, pixels: another than the view's where several are made for it, one below the other.
     pub(crate) size: UVec2,
     /// Relative to the eye, see surface/place.wgsl.
     pub(crate) positions: &'a wgpu::TextureView,
@@ -97,8 +104,7 @@ pub(crate) struct TileBoxes {
     /// Of each tile the box around its places, and which rigs are asked about it: all, unless
     /// [`crate::rest`] says otherwise.
     pub(crate) boxes: wgpu::Buffer,
-    /// World.
-    eye: DVec3,
+    view: View,
     /// Of the picture, pixels.
     size: UVec2,
 }
@@ -149,7 +155,7 @@ impl TilePass {
         encoder: &mut wgpu::CommandEncoder,
         shown: Shown<'_>,
     ) -> TileBoxes {
-        let Shown { eye, size, positions } = shown;
+        let Shown { view, size, positions } = shown;
         let tiles = tiles_of(size);
         let boxes = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("tiles"),
@@ -157,14 +163,14 @@ impl TilePass {
             usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
-        let frame = frame(gpu, size, false);
+        let frame = frame(gpu, view, size, false);
         let resources = [
             (0, frame.as_entire_binding()),
             (1, wgpu::BindingResource::TextureView(positions)),
             (2, boxes.as_entire_binding()),
         ];
         dispatch(gpu, encoder, &self.bound, &resources, tiles);
-        TileBoxes { boxes, eye, size }
+        TileBoxes { boxes, view: *view, size }
     }
 
     /// Lists the tiles of the photographs, each by what it can see and by its rig, of which the nearest
@@ -178,10 +184,10 @@ impl TilePass {
         apart: bool,
         shown: &TileBoxes,
     ) -> Option<TileLists> {
-        let &TileBoxes { ref boxes, eye, size } = shown;
+        let &TileBoxes { ref boxes, ref view, size } = shown;
         let tile_count = tiles_of(size).element_product();
         let pyramids: Vec<_> =
-            photographs.iter().map(|(frustum, rig)| pyramid(frustum, *rig, eye)).collect();
+            photographs.iter().map(|(frustum, rig)| pyramid(frustum, *rig, view)).collect();
         if pyramids.is_empty() {
             return None;
         }
@@ -192,7 +198,7 @@ impl TilePass {
             first_instance: 0,
         };
         use wgpu::BufferUsages as Usage;
-        let frame = frame(gpu, size, apart);
+        let frame = frame(gpu, view, size, apart);
         let pyramids_on_device = filled(gpu, bytemuck::cast_slice(&pyramids), Usage::STORAGE);
         let draws = vec![nothing; 2 * pyramids.len()];
         let draws = filled(
@@ -223,16 +229,19 @@ pub(crate) fn tiles_of(picture: UVec2) -> UVec2 {
     picture.map(|side| side.div_ceil(TILE))
 }
 
-fn frame(gpu: &Gpu, size: UVec2, apart: bool) -> wgpu::Buffer {
+fn frame(gpu: &Gpu, view: &View, size: UVec2, apart: bool) -> wgpu::Buffer {
     let tiles = tiles_of(size);
+    let axes = view.camera.cam_from_world.transpose();
     let frame = gpu_data::Frame {
         size: size.to_array(),
         columns: tiles.x,
         tile_count: tiles.element_product(),
+        right: axes.x_axis.as_vec3().to_array(),
         apart: u32::from(apart),
-        padding_0: 0,
-        padding_1: 0,
-        padding_2: 0,
+        down: axes.y_axis.as_vec3().to_array(),
+        orthographic: u32::from(view.projection == ViewProjection::Orthographic),
+        forward: axes.z_axis.as_vec3().to_array(),
+        padding: 0,
     };
     filled(gpu, bytemuck::bytes_of(&frame), wgpu::BufferUsages::UNIFORM)
 }
@@ -270,10 +279,18 @@ fn dispatch(
     pass.dispatch_workgroups(workgroups.x, workgroups.y, 1);
 }
 
-/// The four sides of what a photograph sees, and its eye plane, relative to `eye`.
-fn pyramid(frustum: &Frustum, rig: usize, eye: DVec3) -> gpu_data::Pyramid {
-    let planes = frustum
-        .planes()
-        .map(|(n, place)| n.extend(MARGIN_M - n.dot(place - eye)).as_vec4().to_array());
+/// The four sides of what a photograph sees, and its eye plane, in the coordinates of a view's boxes.
+fn pyramid(frustum: &Frustum, rig: usize, view: &View) -> gpu_data::Pyramid {
+    let planes = frustum.planes().map(|(n, on)| in_view(n, on, view).as_vec4().to_array());
     gpu_data::Pyramid { planes, rig: rig as u32, ..bytemuck::Zeroable::zeroed() }
+}
+
+/// The plane with the normal `n` through `on`, moved outwards by the margins.
+fn in_view(n: DVec3, on: DVec3, view: &View) -> DVec4 {
+    let inward = view.camera.cam_from_world * n;
+    let beyond = MARGIN_M - n.dot(on - view.eye());
+    match view.projection {
+        ViewProjection::Perspective => DVec4::new(inward.x, inward.y, beyond, inward.z + MARGIN),
+        ViewProjection::Orthographic => inward.extend(beyond),
+    }
 }

@@ -4,12 +4,18 @@
 //! eye and no further off its axis than where photographs are looked up. All that it sees lies in a
 //! pyramid: before the plane of its eye, and within four planes through its centre.
 //!
-//! The places of a tile lie in a box along the axes. Box and pyramid do not meet where one plane of
-//! the pyramid has all corners of the box on its outer side. Where none has, they may yet miss each
-//! other: the photograph is then asked in vain. It is never left out wrongly.
+//! The places of a tile lie in a box. Along the world's axes, or the camera's, it would hold much that
+//! the tile does not show: a road runs from the lower end of a tile to its upper one aside as it runs ahead. So it
+//! is one in q = (x, y, 1) / z, where z is the depth before the picture's camera: there a tile is a box
+//! itself, and planes stay planes, since n . p + d >= 0 is n . (q_x, q_y, 1) + d q_z >= 0. Where
+//! rays are parallel a tile is a box in (x, y, z).
+//!
+//! Box and pyramid do not meet where one plane of the pyramid has all corners of the box on its outer side. Where
+//! none has, they may yet miss each other: the photograph is then asked in vain. It is never left
+//! out wrongly.
 
-use flaneur_scene::PosedCamera;
-use glam::{DVec2, DVec3};
+use flaneur_scene::{PosedCamera, View, ViewProjection};
+use glam::{BVec3, DVec2, DVec3};
 
 use crate::frustum::Frustum;
 use crate::pinhole::MAX_TANGENT;
@@ -26,22 +32,28 @@ pub(crate) fn sees(photograph: &PosedCamera, place: DVec3) -> bool {
     })
 }
 
-/// How far the box around `places` (world) reaches into the pyramid, metres: negative where it
-/// cannot meet it, by how far it is outside.
-pub(crate) fn reach(pyramid: &Frustum, places: &[DVec3]) -> f64 {
-    let corners: Vec<DVec3> = (0..8)
-        .map(|corner| {
-            DVec3::from_array([0, 1, 2].map(|axis| {
-                let along = places.iter().map(|place| place[axis]);
-                match corner >> axis & 1 {
-                    0 => along.fold(f64::INFINITY, f64::min),
-                    _ => along.fold(f64::NEG_INFINITY, f64::max),
-                }
-            }))
-        })
-        .collect();
+/// How far the box around `places` (world), which `view` shows in one tile, reaches into the pyramid: in
+/// metres at the depth 1, or anywhere where rays are parallel. Negative where it cannot meet it, by how
+/// far it is outside.
+pub(crate) fn reach(pyramid: &Frustum, places: &[DVec3], view: &View) -> f64 {
+    let of = |place: &DVec3| {
+        let p = view.camera.cam_from_world(*place);
+        match view.projection {
+            ViewProjection::Perspective => DVec3::new(p.x, p.y, 1.0) / p.z,
+            ViewProjection::Orthographic => p,
+        }
+    };
+    let low = places.iter().map(of).fold(DVec3::INFINITY, DVec3::min);
+    let high = places.iter().map(of).fold(DVec3::NEG_INFINITY, DVec3::max);
+    let corner = |i: u32| DVec3::select(BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4), high, low);
     let innermost = |(n, on): (DVec3, DVec3)| {
-        corners.iter().map(|corner| n.dot(corner - on)).fold(f64::NEG_INFINITY, f64::max)
+        let n = view.camera.cam_from_world * n;
+        let d = -n.dot(view.camera.cam_from_world(on));
+        let inside = |q: DVec3| match view.projection {
+            ViewProjection::Perspective => n.dot(q.truncate().extend(1.0)) + d * q.z,
+            ViewProjection::Orthographic => n.dot(q) + d,
+        };
+        (0..8).map(corner).map(inside).fold(f64::NEG_INFINITY, f64::max)
     };
     pyramid.planes().map(innermost).into_iter().fold(f64::INFINITY, f64::min)
 }

@@ -1,19 +1,24 @@
 // Which tiles of the picture a photograph can see something of: the box around the places that a
-// tile shows, and then each photograph's pyramid against it. Mirrors `gpu_data` in tiles/mod.rs.
+// tile shows, in coordinates in which it is tight, and then each photograph's pyramid against it.
+// Equations in tiles/reference.rs. Mirrors `gpu_data` in tiles/mod.rs.
 
 struct Frame {
     size: vec2<u32>,
     columns: u32,
     tile_count: u32,
+    // The axes of the picture's camera, in the world.
+    right: vec3<f32>,
     // 1: a tile that one photograph of a rig alone can see is listed apart.
     apart: u32,
-    padding_0: u32,
-    padding_1: u32,
-    padding_2: u32,
+    down: vec3<f32>,
+    // 1: rays are parallel.
+    orthographic: u32,
+    forward: vec3<f32>,
+    padding: u32,
 }
 
-// The pyramid of a photograph: a place p, relative to the eye, is inside where
-// dot(plane.xyz, p) + plane.w >= 0 for all.
+// The pyramid of a photograph: a place with coordinates q is inside where
+// dot(plane.xyz, q) + plane.w >= 0 for all.
 struct Pyramid {
     planes: array<vec4<f32>, 5>,
     // Photographs of one rig follow each other.
@@ -23,7 +28,7 @@ struct Pyramid {
     padding_2: u32,
 }
 
-// Around what a tile shows.
+// Around what a tile shows, see `coordinates`.
 struct Box {
     low: vec3<f32>,
     // Which rigs are asked about the tile: a bit each, the lowest the nearest to the eye, the highest
@@ -73,9 +78,9 @@ fn bound(
         // Beyond the right border this reads zeros: nothing.
         let record = textureLoad(positions, vec2(x, tile.y * TILE + row), 0);
         if record.w != 0u && x < frame.size.x {
-            let p = bitcast<vec3<f32>>(record.xyz);
-            low = min(low, p);
-            high = max(high, p);
+            let q = coordinates(bitcast<vec3<f32>>(record.xyz));
+            low = min(low, q);
+            high = max(high, q);
         }
     }
     lows[column] = low;
@@ -89,6 +94,15 @@ fn bound(
         let index = tile.y * frame.columns + tile.x;
         boxes[index] = Box(low, ALL_RIGS, high, 0u);
     }
+}
+
+// Of a place relative to the eye: (x, y, 1) / z before the camera, or, where rays are parallel, (x, y, z).
+fn coordinates(p: vec3<f32>) -> vec3<f32> {
+    let aside = vec2(dot(frame.right, p), dot(frame.down, p));
+    let depth = dot(frame.forward, p);
+    let parallel = frame.orthographic == 1u;
+    let scale = select(1.0 / max(depth, 1e-6), 1.0, parallel);
+    return vec3(aside * scale, select(scale, depth, parallel));
 }
 
 // One thread a tile.
