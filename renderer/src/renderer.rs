@@ -449,8 +449,11 @@ impl Renderer {
         };
         self.shade_pass.draw_photographs(gpu, stages.encoder(), &frame, sources, targets);
         stages.ended("photographs")?;
-        let shown =
-            complete::Shown { positions: &targets.records.positions, blended: &targets.blended };
+        let shown = complete::Shown {
+            positions: &targets.records.positions,
+            orientations: &targets.records.orientations,
+            blended: &targets.blended,
+        };
         let completion = self.complete_pass.draw(gpu, stages.encoder(), completing, shown);
         if completing.is_some() {
             stages.ended("complete")?;

@@ -1,5 +1,5 @@
-// The mean colour of what was inferred in each cell of the grid, as far as photographs reach it.
-// Needs place.wgsl and screen.wgsl.
+// The mean colours of what was inferred, and of the ground, in each cell of the grid, as far as photographs
+// reach them. Needs place.wgsl and screen.wgsl.
 
 // Pixels a side that are looked at in each cell, whatever its size.
 const SAMPLES: u32 = 4u;
@@ -7,22 +7,33 @@ const SAMPLES: u32 = 4u;
 // Pixels a side of a cell.
 @group(0) @binding(0) var<uniform> step: u32;
 @group(0) @binding(1) var positions: texture_2d<u32>;
+@group(0) @binding(2) var orientations: texture_2d<u32>;
 // Linear colours times their weight, and that.
-@group(0) @binding(2) var blended: texture_2d<f32>;
+@group(0) @binding(3) var blended: texture_2d<f32>;
 
 // Linear, and the weight, 0 or 1.
+struct Colours {
+    @location(0) inferred: vec4<f32>,
+    @location(1) ground: vec4<f32>,
+}
+
 @fragment
-fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+fn fs(@builtin(position) at: vec4<f32>) -> Colours {
     let size = textureDimensions(positions);
     let first = vec2<u32>(at.xy) * step;
     let stride = step / SAMPLES;
-    var sum = vec4(0.0);
+    var inferred = vec4(0.0);
+    var ground = vec4(0.0);
     for (var i = 0u; i < SAMPLES * SAMPLES; i++) {
         let pixel = first + vec2(i % SAMPLES, i / SAMPLES) * stride + stride / 2u;
-        let kind = textureLoad(positions, min(pixel, size - 1u), 0).w & KIND_BITS;
-        let blend = textureLoad(blended, min(pixel, size - 1u), 0);
-        let counts = all(pixel < size) && kind == SHOWS_INFERRED && blend.w > 0.0;
-        sum += select(vec4(0.0), vec4(blend.rgb / blend.w, 1.0), counts);
+        let inside = min(pixel, size - 1u);
+        let kind = textureLoad(positions, inside, 0).w & KIND_BITS;
+        let blend = textureLoad(blended, inside, 0);
+        let coloured = all(pixel < size) && blend.w > 0.0;
+        let colour = vec4(blend.rgb / max(blend.w, 1e-30), 1.0);
+        let code = textureLoad(orientations, inside, 0).y;
+        inferred += select(vec4(0.0), colour, coloured && kind == SHOWS_INFERRED);
+        ground += select(vec4(0.0), colour, coloured && is_ground(kind, code));
     }
-    return sum / max(sum.w, 1.0);
+    return Colours(inferred / max(inferred.w, 1.0), ground / max(ground.w, 1.0));
 }

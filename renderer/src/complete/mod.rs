@@ -1,8 +1,9 @@
-//! Colours for places that were inferred and that no photograph reaches: those of the inferred
-//! places around.
+//! Colours for what no photograph reaches: for places that were inferred those of the inferred places
+//! around, and for the ground those of the ground around.
 //!
-//! Between photographs, and above them, the sky has holes. On a coarse grid the colours of what was
-//! inferred are gathered and diffused; the picture shows them where it has none of its own.
+//! Between photographs, and above them, the sky has holes, and the road where the survey's vehicle always
+//! stood in the way. On a coarse grid the colours of either are gathered and diffused; the picture shows them
+//! where it has none of its own. Walls and roofs stay as they are: a house that nobody saw shows its shape.
 //!
 //! Equations are in reference.rs.
 
@@ -38,7 +39,8 @@ pub(crate) fn gather_wgsl() -> String {
 pub(crate) struct CompletePass {
     gather: ScreenPass,
     diffuse: DiffusePass,
-    cells: Option<(Grid, Levels)>,
+    /// Of what was inferred, and of the ground.
+    cells: Option<(Grid, [Levels; 2])>,
 }
 
 /// A picture that is to be completed.
@@ -46,6 +48,7 @@ pub(crate) struct CompletePass {
 pub(crate) struct Shown<'a> {
     /// See surface/place.wgsl.
     pub(crate) positions: &'a wgpu::TextureView,
+    pub(crate) orientations: &'a wgpu::TextureView,
     /// Linear colours times their weight, and that.
     pub(crate) blended: &'a wgpu::TextureView,
 }
@@ -53,8 +56,10 @@ pub(crate) struct Shown<'a> {
 /// Colours for what has none.
 #[derive(Clone, Debug)]
 pub(crate) struct Completion {
-    /// Linear, of each cell; and 1, or 0 where there is no colour for any.
-    pub(crate) colours: wgpu::TextureView,
+    /// Of what is inferred: linear, of each cell; and 1, or 0 where there is no colour for any.
+    pub(crate) inferred: wgpu::TextureView,
+    /// Of the ground, likewise.
+    pub(crate) ground: wgpu::TextureView,
     /// Pixels that the cells cover, a little more than the picture.
     pub(crate) spanned: Vec2,
 }
@@ -62,7 +67,7 @@ pub(crate) struct Completion {
 impl CompletePass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
         Self {
-            gather: screen_pass(gpu, "gather colours", &gather_wgsl(), &[COLOUR_FORMAT]),
+            gather: screen_pass(gpu, "gather colours", &gather_wgsl(), &[COLOUR_FORMAT; 2]),
             diffuse: DiffusePass::new(gpu, COLOUR_FORMAT),
             cells: None,
         }
@@ -70,12 +75,12 @@ impl CompletePass {
 
     /// What [`CompletePass::bytes`] is once a picture was drawn on `grid`.
     pub(crate) fn bytes_for(grid: Grid) -> u64 {
-        Levels::bytes_for(grid.cells, COLOUR_FORMAT)
+        2 * Levels::bytes_for(grid.cells, COLOUR_FORMAT)
     }
 
     /// Bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
-        self.cells.as_ref().map_or(0, |(_, levels)| levels.bytes())
+        self.cells.iter().flat_map(|(_, both)| both).map(Levels::bytes).sum()
     }
 
     /// Gives its textures back, but where they are those of `grid`.
@@ -83,7 +88,7 @@ impl CompletePass {
         self.cells.take_if(|(of, _)| Some(*of) != grid);
     }
 
-    /// Colours for what of a picture is inferred and has none; without a grid there are none.
+    /// Colours for what of a picture is inferred, or ground, and has none; without a grid there are none.
     pub(crate) fn draw(
         &mut self,
         gpu: &Gpu,
@@ -94,11 +99,11 @@ impl CompletePass {
         self.release_but(grid);
         let Some(grid) = grid else {
             // Something has to be bound: a cell of which nothing is known.
-            let nothing = Levels::new(gpu, UVec2::ONE, COLOUR_FORMAT);
-            return Completion { colours: nothing.whole().clone(), spanned: Vec2::ONE };
+            let nothing = Levels::new(gpu, UVec2::ONE, COLOUR_FORMAT).whole().clone();
+            return Completion { inferred: nothing.clone(), ground: nothing, spanned: Vec2::ONE };
         };
-        let levels = || (grid, Levels::new(gpu, grid.cells, COLOUR_FORMAT));
-        let (_, levels) = self.cells.get_or_insert_with(levels);
+        let both = || (grid, [(); 2].map(|()| Levels::new(gpu, grid.cells, COLOUR_FORMAT)));
+        let (_, [inferred, ground]) = self.cells.get_or_insert_with(both);
         let step = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("complete"),
             contents: bytemuck::bytes_of(&grid.step),
@@ -107,10 +112,16 @@ impl CompletePass {
         let bindings = vec![
             step.as_entire_binding(),
             wgpu::BindingResource::TextureView(shown.positions),
+            wgpu::BindingResource::TextureView(shown.orientations),
             wgpu::BindingResource::TextureView(shown.blended),
         ];
-        self.gather.draw(gpu, encoder, bindings, &[levels.known()]);
-        self.diffuse.draw(gpu, encoder, levels, [0.0; 3]);
-        Completion { colours: levels.whole().clone(), spanned: (grid.cells * grid.step).as_vec2() }
+        self.gather.draw(gpu, encoder, bindings, &[inferred.known(), ground.known()]);
+        self.diffuse.draw(gpu, encoder, inferred, [0.0; 3]);
+        self.diffuse.draw(gpu, encoder, ground, [0.0; 3]);
+        Completion {
+            inferred: inferred.whole().clone(),
+            ground: ground.whole().clone(),
+            spanned: (grid.cells * grid.step).as_vec2(),
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Completed colours on the device against their reference.
 
+use flaneur_scene::SurfaceClass;
 use glam::{DVec3, UVec2};
 
 use super::reference::completed;
@@ -7,52 +8,66 @@ use super::{CompletePass, Shown};
 use crate::Surface;
 use crate::depths::SHOWS_MESH;
 use crate::infer::Grid;
-use crate::kernel_tests::channels::{Channels, record_words, texels};
+use crate::kernel_tests::channels::{Channels, orientation_words, record_words, texels};
 use crate::kernel_tests::{gpu, noise};
 use crate::reference::field::{Field, cells};
 use crate::tolerances::COMPLETED;
 
 const PICTURE: UVec2 = UVec2::new(133, 75);
 
-/// What a pixel shows, and linear colours times their weight, and that.
-type Pixel = (u32, [f32; 4]);
+/// What a pixel shows, of which class, and linear colours times their weight, and that.
+type Pixel = (u32, u32, [f32; 4]);
 
-/// Some pixels show mesh, of others a share is inferred and coloured, in patches or alone.
+const INFERRED: (u32, u32) = (Surface::Completed as u32, 0);
+const GROUND: (u32, u32) = (SHOWS_MESH, SurfaceClass::Ground as u32);
+const WALL: (u32, u32) = (SHOWS_MESH, SurfaceClass::Wall as u32);
+
+/// Some pixels show ground, some a wall, some nothing, others are inferred; a share is coloured, in patches or
+/// alone.
 fn picture(share: f32) -> Field<Pixel> {
     Field::new(PICTURE, |at| {
-        let kind = match noise(at / 7, 1) {
-            patch if patch < 0.3 => SHOWS_MESH,
-            patch if patch < 0.4 => 0,
-            _ => Surface::Completed as u32,
+        let (kind, class) = match noise(at / 7, 1) {
+            patch if patch < 0.3 => GROUND,
+            patch if patch < 0.4 => WALL,
+            patch if patch < 0.5 => (0, 0),
+            _ => INFERRED,
         };
         let seen = noise(at / 9, 2) < share && noise(at, 3) < share.sqrt();
         let weight = if seen { 0.01 + 3.0 * noise(at, 4) } else { 0.0 };
         // Dark in some places, bright in others.
         let channel = |i: u32| noise(at / 20, 5) * noise(at, 6 + i) * weight;
-        (kind, [channel(0), channel(1), channel(2), weight])
+        (kind, class, [channel(0), channel(1), channel(2), weight])
     })
 }
 
-/// The colours of those that are inferred and coloured.
-fn coloured(picture: &Field<Pixel>) -> Field<Option<DVec3>> {
-    picture.each(|&(kind, sum)| {
+/// The colours of those that are of a kind and coloured.
+fn coloured(picture: &Field<Pixel>, of: (u32, u32)) -> Field<Option<DVec3>> {
+    picture.each(|&(kind, class, sum)| {
         let [r, g, b, weight] = sum.map(f64::from);
-        let counts = kind == Surface::Completed as u32 && weight > 0.0;
+        let counts = (kind, class) == of && weight > 0.0;
         counts.then(|| DVec3::new(r, g, b) / weight)
     })
 }
 
-fn on_device(picture: &Field<Pixel>, grid: Grid) -> Field<[f32; 4]> {
-    let positions = record_words(&picture.each(|&(kind, _)| [0, 0, 1.0f32.to_bits(), kind]));
-    let blended = Channels::holding(&picture.each(|&(_, sum)| sum)).view();
+/// The textures of a picture: positions, orientations, and what photographs say.
+fn textures(picture: &Field<Pixel>) -> [wgpu::TextureView; 3] {
+    [
+        record_words(&picture.each(|&(kind, ..)| [0, 0, 1.0f32.to_bits(), kind])),
+        orientation_words(&picture.each(|&(_, class, _)| [0, class])),
+        Channels::holding(&picture.each(|&(.., sum)| sum)).view(),
+    ]
+}
+
+/// Of what was inferred, and of the ground.
+fn on_device(picture: &Field<Pixel>, grid: Grid) -> [Field<[f32; 4]>; 2] {
+    let [positions, orientations, blended] = &textures(picture);
     let mut pass = CompletePass::new(gpu());
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
-    let shown = Shown { positions: &positions, blended: &blended };
+    let shown = Shown { positions, orientations, blended };
     let completion = pass.draw(gpu(), &mut encoder, Some(grid), shown);
     assert_eq!(completion.spanned, (grid.cells * grid.step).as_vec2());
-    let colours = completion.colours;
     gpu().queue.submit([encoder.finish()]);
-    texels(&colours)
+    [texels(&completion.inferred), texels(&completion.ground)]
 }
 
 #[test]
@@ -62,16 +77,20 @@ fn colours_agree_with_their_reference() {
         let picture = picture(share);
         for times in 0..3 {
             let grid = finest.coarser(times);
-            let found = on_device(&picture, grid);
-            let expected = completed(&coloured(&picture), grid).expect("some are coloured");
-            let mut most: f64 = 0.0;
-            for cell in cells(grid.cells) {
-                let [r, g, b, whole] = found.at(cell).map(f64::from);
-                let off = (DVec3::new(r, g, b) - expected.at(cell)).abs().max_element();
-                most = most.max(off).max((whole - 1.0).abs());
+            for (found, kind) in on_device(&picture, grid).into_iter().zip([INFERRED, GROUND]) {
+                let Some(expected) = completed(&coloured(&picture, kind), grid) else {
+                    assert!(share < 0.1 && found.values.iter().all(|&cell| cell == [0.0; 4]));
+                    continue;
+                };
+                let mut most: f64 = 0.0;
+                for cell in cells(grid.cells) {
+                    let [r, g, b, whole] = found.at(cell).map(f64::from);
+                    let off = (DVec3::new(r, g, b) - expected.at(cell)).abs().max_element();
+                    most = most.max(off).max((whole - 1.0).abs());
+                }
+                println!("off by {most} of {share} in {}", grid.cells);
+                assert!(most < COMPLETED, "{most} of {share} in {}", grid.cells);
             }
-            println!("off by {most} of {share} in {}", grid.cells);
-            assert!(most < COMPLETED, "{most} of {share} in {}", grid.cells);
         }
     }
 }
@@ -80,21 +99,22 @@ fn colours_agree_with_their_reference() {
 fn where_nothing_is_coloured_there_is_no_colour() {
     let grid = Grid::alone(PICTURE, 8192).expect("a grid");
     let picture = picture(0.0);
-    assert_eq!(completed(&coloured(&picture), grid), None);
-    assert!(on_device(&picture, grid).values.iter().all(|&cell| cell == [0.0; 4]));
+    for (found, kind) in on_device(&picture, grid).into_iter().zip([INFERRED, GROUND]) {
+        assert_eq!(completed(&coloured(&picture, kind), grid), None);
+        assert!(found.values.iter().all(|&cell| cell == [0.0; 4]));
+    }
 }
 
 #[test]
 fn bytes_are_known_before_they_are_taken() {
     let mut pass = CompletePass::new(gpu());
     let picture = picture(1.0);
-    let positions = record_words(&picture.each(|&(kind, _)| [0, 0, 1.0f32.to_bits(), kind]));
-    let blended = Channels::holding(&picture.each(|&(_, sum)| sum)).view();
-    let shown = Shown { positions: &positions, blended: &blended };
+    let [positions, orientations, blended] = &textures(&picture);
+    let shown = Shown { positions, orientations, blended };
     for grid in [None, Grid::alone(PICTURE, 8192), None] {
         let mut encoder = gpu().device.create_command_encoder(&Default::default());
         let completion = pass.draw(gpu(), &mut encoder, grid, shown);
-        let size = completion.colours.texture().size();
+        let size = completion.ground.texture().size();
         assert_eq!(size.width > 1, grid.is_some());
         assert_eq!(pass.bytes(), grid.map_or(0, CompletePass::bytes_for));
     }

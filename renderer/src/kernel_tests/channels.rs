@@ -117,9 +117,13 @@ pub(crate) fn record_words(words: &Field<[u32; 4]>) -> wgpu::TextureView {
 
 /// The codes of normals as the surface pass leaves them.
 pub(crate) fn orientations(codes: &Field<u32>) -> wgpu::TextureView {
-    let words = codes.each(|&code| [code, 0]);
+    orientation_words(&codes.each(|&code| [code, 0]))
+}
+
+/// The codes of normals, and those of points or classes of mesh.
+pub(crate) fn orientation_words(words: &Field<[u32; 2]>) -> wgpu::TextureView {
     let description =
-        wgpu::TextureDescriptor { format: ORIENTATION_FORMAT, ..description::<2>(codes.size) };
+        wgpu::TextureDescriptor { format: ORIENTATION_FORMAT, ..description::<2>(words.size) };
     let texture = gpu().device.create_texture_with_data(
         &gpu().queue,
         &description,

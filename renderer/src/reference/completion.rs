@@ -1,4 +1,4 @@
-//! Colours for inferred pixels that no photograph reaches.
+//! Colours for what no photograph reaches, of pixels that are inferred or ground.
 
 use flaneur_scene::View;
 use glam::{DVec3, DVec4, UVec2};
@@ -8,7 +8,7 @@ use super::rigs::MAX_SIDE;
 use crate::complete;
 use crate::complete::reference::completed;
 
-/// The colours of inferred pixels, spread over all cells of a grid.
+/// The colours of pixels of one kind, spread over all cells of a grid.
 #[derive(Clone, Debug)]
 pub(super) struct Completion {
     /// Pixels a side of a cell.
@@ -26,11 +26,11 @@ pub(super) struct Coloured {
 }
 
 impl Completion {
-    /// From the pixels of a view that are inferred and coloured; `None` where there are none.
-    pub(super) fn new(view: &View, inferred: &Field<Option<Coloured>>) -> Option<Self> {
+    /// From the pixels of a view that are of the kind and coloured; `None` where there are none.
+    pub(super) fn new(view: &View, of_kind: &Field<Option<Coloured>>) -> Option<Self> {
         let grid = complete::grid(view.size(), MAX_SIDE)?;
         // Doubts spread as colours do.
-        let picture = inferred.each(|pixel| pixel.map(|p| p.colour.extend(p.doubt)));
+        let picture = of_kind.each(|pixel| pixel.map(|p| p.colour.extend(p.doubt)));
         Some(Self { step: grid.step.into(), colours: completed(&picture, grid)? })
     }
 

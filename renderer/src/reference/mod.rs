@@ -31,8 +31,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use flaneur_scene::{
-    ImageId, ImageUpdate, MeshTile, PointChunk, PointNodeId, SceneUpdate, TileKey, View,
-    ViewProjection,
+    ImageId, ImageUpdate, MeshTile, PointChunk, PointNodeId, SceneUpdate, SurfaceClass, TileKey,
+    View, ViewProjection,
 };
 use glam::{DVec3, UVec2};
 
@@ -215,9 +215,9 @@ impl Scene {
             inferred: inferred.as_ref(),
         };
         let blends = Field::new(shown.size, |at| painter.blend(at, &shown.at(at)));
-        let completion = painter.completion(&shown, &blends);
+        let completions = painter.completions(&shown, &blends);
         let pixels = field::cells(shown.size)
-            .map(|at| painter.pixel(at, &shown.at(at), blends.at(at), completion.as_ref()));
+            .map(|at| painter.pixel(at, &shown.at(at), blends.at(at), &completions));
         ReferenceFrame { size: view.size(), pixels: pixels.collect() }
     }
 }
@@ -250,6 +250,13 @@ fn completes(mode: Mode) -> bool {
     matches!(mode, Mode::Hybrid | Mode::Uncertainty)
 }
 
+/// Colours for what no photograph reaches, where its kind has any.
+#[derive(Default)]
+struct Completions {
+    inferred: Option<Completion>,
+    ground: Option<Completion>,
+}
+
 /// What colours the pixels of a view.
 struct Painter<'a> {
     view: &'a View,
@@ -271,18 +278,26 @@ impl Painter<'_> {
         self.rigs.blend(position, &met.shown, share_off(met), pixels_per_m, moves)
     }
 
-    /// Colours for the inferred pixels without one, from those that have one.
-    fn completion(
+    /// Colours for the pixels without one, inferred or ground, from those of their kind that have one.
+    fn completions(
         &self,
         shown: &Field<surfaces::Pixel>,
         blends: &Field<Option<Blend>>,
-    ) -> Option<Completion> {
-        let inferred = self.inferred.filter(|_| completes(self.mode))?;
-        let coloured = Field::new(shown.size, |at| {
-            let blend = blends.at(at).filter(|_| is_inferred(&shown.at(at)))?;
-            Some(Coloured { colour: blend.colour, doubt: inferred.doubt(at) })
-        });
-        Completion::new(self.view, &coloured)
+    ) -> Completions {
+        let Some(inferred) = self.inferred.filter(|_| completes(self.mode)) else {
+            return Completions::default();
+        };
+        let of = |is_of_kind: fn(&surfaces::Pixel) -> bool, doubt: &dyn Fn(UVec2) -> f64| {
+            let coloured = Field::new(shown.size, |at| {
+                let blend = blends.at(at).filter(|_| is_of_kind(&shown.at(at)))?;
+                Some(Coloured { colour: blend.colour, doubt: doubt(at) })
+            });
+            Completion::new(self.view, &coloured)
+        };
+        Completions {
+            inferred: of(is_inferred, &|at| inferred.doubt(at)),
+            ground: of(is_ground, &|_| 0.0),
+        }
     }
 
     fn pixel(
@@ -290,7 +305,7 @@ impl Painter<'_> {
         at: UVec2,
         pixel: &surfaces::Pixel,
         blend: Option<Blend>,
-        completion: Option<&Completion>,
+        completions: &Completions,
     ) -> Pixel {
         let ray = pixel.ray;
         let nothing = |doubt| Pixel {
@@ -311,14 +326,20 @@ impl Painter<'_> {
             (_, true) if is_inferred => Surface::Inferred,
             (_, false) if is_inferred => {
                 // Without any colour it is nothing.
-                let Some(completion) = completion else { return nothing(doubt) };
-                let Coloured { colour, doubt: of_colour } = completion.at(at);
+                let Some(around) = &completions.inferred else { return nothing(doubt) };
+                let Coloured { colour, doubt: of_colour } = around.at(at);
                 doubt = doubt.max(of_colour);
                 what = What::Completed;
-                blend = Some(Blend { colour, mark: colour });
+                blend = Some(Blend::of_colour(colour));
                 Surface::Completed
             }
-            (false, false) => Surface::MeshUncoloured,
+            (false, false) => {
+                // Its doubt stays dark.
+                let shown = is_ground(pixel) && self.mode == Mode::Hybrid;
+                let around = completions.ground.as_ref().filter(|_| shown);
+                blend = around.map(|around| around.at(at).colour).map(Blend::of_colour);
+                Surface::MeshUncoloured
+            }
             (false, true) => Surface::MeshColoured,
             (true, false) => Surface::PointUncoloured,
             (true, true) => Surface::PointColoured,
@@ -337,6 +358,10 @@ fn share_off(met: &surfaces::Met) -> f64 {
         What::Inferred => INFERRED_OFF,
         What::Mesh { .. } | What::Point { .. } | What::Completed => 0.0,
     }
+}
+
+fn is_ground(pixel: &surfaces::Pixel) -> bool {
+    pixel.met.is_some_and(|met| matches!(met.what, What::Mesh { class: SurfaceClass::Ground, .. }))
 }
 
 fn is_inferred(pixel: &surfaces::Pixel) -> bool {

@@ -69,6 +69,13 @@ pub(super) struct Blend {
     pub(super) mark: DVec3,
 }
 
+impl Blend {
+    /// One that no photograph stands for.
+    pub(super) fn of_colour(colour: DVec3) -> Self {
+        Self { colour, mark: colour }
+    }
+}
+
 impl<'a> Rigs<'a> {
     /// The rigs nearest to the eye of `view`, nearest first.
     pub(super) fn new(

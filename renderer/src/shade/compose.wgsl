@@ -16,11 +16,13 @@ struct Frame {
 @group(0) @binding(1) var positions: texture_2d<u32>;
 @group(0) @binding(2) var orientations: texture_2d<u32>;
 @group(0) @binding(3) var blended: texture_2d<f32>;
-// Linear, over the cells of a grid; and 1, or 0 where there is nothing to complete it by.
-@group(0) @binding(4) var completion: texture_2d<f32>;
-@group(0) @binding(5) var filtering: sampler;
+// Linear, over the cells of a grid; and 1, or 0 where there is nothing to complete it by: for what is inferred, and
+// for the ground.
+@group(0) @binding(4) var inferred_around: texture_2d<f32>;
+@group(0) @binding(5) var ground_around: texture_2d<f32>;
+@group(0) @binding(6) var filtering: sampler;
 // Pixels that those cells cover.
-@group(0) @binding(6) var<uniform> spanned: vec2<f32>;
+@group(0) @binding(7) var<uniform> spanned: vec2<f32>;
 
 // Modes, as `Mode` in settings.rs.
 const MODE_POINTS_COLOUR: u32 = 3u;
@@ -57,8 +59,12 @@ fn fs(corner: Corner) -> @location(0) vec4<f32> {
     var colour = corner.background;
     var surface = SHOWS_NOTHING;
     let coloured = sum.w > 0.0;
-    let around = textureSampleLevel(completion, filtering, at * corner.per_spanned, 0.0);
-    let has_colour = coloured || around.w > 0.5;
+    let cells = at * corner.per_spanned;
+    let of_inferred = textureSampleLevel(inferred_around, filtering, cells, 0.0);
+    let of_ground = textureSampleLevel(ground_around, filtering, cells, 0.0);
+    let ground = is_ground(place.kind, place.code);
+    let around = select(of_inferred, of_ground, ground);
+    let has_colour = coloured || (around.w > 0.5 && (ground || place.kind == SHOWS_INFERRED));
     // An inferred place without colour is none.
     if place.kind != SHOWS_NOTHING && (place.kind != SHOWS_INFERRED || has_colour) {
         surface = place.kind + select(0u, 1u, coloured);
@@ -72,7 +78,7 @@ fn fs(corner: Corner) -> @location(0) vec4<f32> {
             case MODE_UNCERTAINTY: { colour = uncertainty_colour(place, coloured); }
             default: {
                 colour = own_colour(place);
-                if coloured || place.kind == SHOWS_INFERRED {
+                if has_colour {
                     colour = srgb_from_linear(select(around.rgb, sum.rgb / sum.w, coloured));
                 }
             }
@@ -113,7 +119,7 @@ fn own_colour(place: Place) -> vec3<f32> {
         return vec3(0.55) * lit;
     }
     switch place.code {
-        case 0u: { return vec3(0.50, 0.50, 0.48) * lit; }
+        case GROUND: { return vec3(0.50, 0.50, 0.48) * lit; }
         case 1u: { return vec3(0.66, 0.65, 0.62) * lit; }
         default: { return vec3(0.60, 0.56, 0.54) * lit; }
     }

@@ -23,6 +23,9 @@ const SHOWS_INFERRED: u32 = 5u;
 // Noise between drives, and discs that do not lie in their surface, metres.
 const RELIEF_M: f32 = 0.1;
 
+// Class of mesh that is terrain.
+const GROUND: u32 = 0u;
+
 const KIND_BITS: u32 = 7u;
 const HAS_RELIEF: u32 = 8u;
 const ON_EDGE: u32 = 16u;
@@ -37,6 +40,11 @@ fn packed_position(place: Place, on_edge: bool) -> vec4<u32> {
 
 fn packed_orientation(place: Place) -> vec2<u32> {
     return vec2(octahedral(place.normal), place.code);
+}
+
+// code: as `Place` has it.
+fn is_ground(kind: u32, code: u32) -> bool {
+    return kind == SHOWS_MESH && code == GROUND;
 }
 
 fn unpacked(position: vec4<u32>, orientation: vec2<u32>) -> Place {
