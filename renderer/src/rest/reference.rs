@@ -20,7 +20,7 @@ use crate::shade::reference::park_weight;
 pub(crate) const NEAREST: usize = 2;
 /// Share of what they say that is not heard of others. Photographs of one place differ by a few hundredths, so
 /// that this is a fraction of a step of 8 bits: a quarter of it is no nearer to photographs that were held out.
-pub(crate) const UNHEARD: f64 = 1.0 / 64.0;
+pub(crate) const UNHEARD: f64 = 1.0 / 32.0;
 
 /// The greatest weight, but for the rig's own share, that any camera of a rig can have at a place where the
 /// normal is `n`. The cameras are `reach_m` from `centre` at most; `eye_distance_2` is the square of the rig's
