@@ -1,5 +1,5 @@
-// The mean colours of what was inferred, and of the ground, in each cell of the grid, as far as photographs
-// reach them. Needs place.wgsl and screen.wgsl.
+// The mean colours of what was inferred, of the ground, and of all surfaces in each cell of the grid, as far as
+// photographs reach them. Needs place.wgsl and screen.wgsl.
 
 // Pixels a side that are looked at in each cell, whatever its size.
 const SAMPLES: u32 = 4u;
@@ -15,6 +15,7 @@ const SAMPLES: u32 = 4u;
 struct Colours {
     @location(0) inferred: vec4<f32>,
     @location(1) ground: vec4<f32>,
+    @location(2) surfaces: vec4<f32>,
 }
 
 @fragment
@@ -24,6 +25,7 @@ fn fs(@builtin(position) at: vec4<f32>) -> Colours {
     let stride = step / SAMPLES;
     var inferred = vec4(0.0);
     var ground = vec4(0.0);
+    var surfaces = vec4(0.0);
     for (var i = 0u; i < SAMPLES * SAMPLES; i++) {
         let pixel = first + vec2(i % SAMPLES, i / SAMPLES) * stride + stride / 2u;
         let inside = min(pixel, size - 1u);
@@ -34,6 +36,13 @@ fn fs(@builtin(position) at: vec4<f32>) -> Colours {
         let code = textureLoad(orientations, inside, 0).y;
         inferred += select(vec4(0.0), colour, coloured && kind == SHOWS_INFERRED);
         ground += select(vec4(0.0), colour, coloured && is_ground(kind, code));
+        let is_surface = kind == SHOWS_MESH || kind == SHOWS_POINT;
+        surfaces += select(vec4(0.0), colour, coloured && is_surface);
     }
-    return Colours(inferred / max(inferred.w, 1.0), ground / max(ground.w, 1.0));
+    return Colours(mean(inferred), mean(ground), mean(surfaces));
+}
+
+// Of a sum of colours, and how many they are.
+fn mean(sum: vec4<f32>) -> vec4<f32> {
+    return sum / max(sum.w, 1.0);
 }

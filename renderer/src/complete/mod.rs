@@ -1,16 +1,17 @@
 //! Colours for what no photograph reaches: for places that were inferred those of the inferred places
-//! around, and for the ground those of the ground around.
+//! around, for the ground those of the ground around, and for points those of the surfaces beside.
 //!
 //! Between photographs, and above them, the sky has holes, and the road where the survey's vehicle always
 //! stood in the way. On a coarse grid the colours of either are gathered and diffused; the picture shows them
-//! where it has none of its own. Walls and roofs stay as they are: a house that nobody saw shows its shape.
+//! where it has none of its own. Walls and roofs stay as they are: a house that nobody saw shows its shape. So do
+//! points, but for those beside something that was seen: the rims of what hides things from photographs.
 //!
 //! Equations are in reference.rs.
 
 use glam::{UVec2, Vec2};
 use wgpu::util::DeviceExt as _;
 
-use crate::diffuse::{DiffusePass, Levels};
+use crate::diffuse::{DiffusePass, Levels, Near};
 use crate::infer::Grid;
 use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass};
 use crate::surface::PLACE_WGSL;
@@ -39,8 +40,29 @@ pub(crate) fn gather_wgsl() -> String {
 pub(crate) struct CompletePass {
     gather: ScreenPass,
     diffuse: DiffusePass,
-    /// Of what was inferred, and of the ground.
-    cells: Option<(Grid, [Levels; 2])>,
+    cells: Option<Cells>,
+}
+
+/// Colours over a grid.
+#[derive(Debug)]
+struct Cells {
+    grid: Grid,
+    inferred: Levels,
+    ground: Levels,
+    surfaces: Near,
+}
+
+impl Cells {
+    fn new(gpu: &Gpu, grid: Grid) -> Self {
+        let levels = || Levels::new(gpu, grid.cells, COLOUR_FORMAT);
+        let surfaces = Near::new(gpu, grid.cells, COLOUR_FORMAT);
+        Self { grid, inferred: levels(), ground: levels(), surfaces }
+    }
+
+    fn bytes(&self) -> u64 {
+        let surfaces = self.surfaces.bytes();
+        self.inferred.bytes() + self.ground.bytes() + surfaces
+    }
 }
 
 /// A picture that is to be completed.
@@ -60,6 +82,9 @@ pub(crate) struct Completion {
     pub(crate) inferred: wgpu::TextureView,
     /// Of the ground, likewise.
     pub(crate) ground: wgpu::TextureView,
+    /// Of all surfaces: linear times a weight of 0 to 1, and that; 1 in cells where some have a colour,
+    /// less beside, 0 farther away.
+    pub(crate) surfaces: wgpu::TextureView,
     /// Pixels that the cells cover, a little more than the picture.
     pub(crate) spanned: Vec2,
 }
@@ -67,7 +92,7 @@ pub(crate) struct Completion {
 impl CompletePass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
         Self {
-            gather: screen_pass(gpu, "gather colours", &gather_wgsl(), &[COLOUR_FORMAT; 2]),
+            gather: screen_pass(gpu, "gather colours", &gather_wgsl(), &[COLOUR_FORMAT; 3]),
             diffuse: DiffusePass::new(gpu, COLOUR_FORMAT),
             cells: None,
         }
@@ -76,16 +101,17 @@ impl CompletePass {
     /// What [`CompletePass::bytes`] is once a picture was drawn on `grid`.
     pub(crate) fn bytes_for(grid: Grid) -> u64 {
         2 * Levels::bytes_for(grid.cells, COLOUR_FORMAT)
+            + Near::bytes_for(grid.cells, COLOUR_FORMAT)
     }
 
     /// Bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
-        self.cells.iter().flat_map(|(_, both)| both).map(Levels::bytes).sum()
+        self.cells.as_ref().map_or(0, Cells::bytes)
     }
 
     /// Gives its textures back, but where they are those of `grid`.
     pub(crate) fn release_but(&mut self, grid: Option<Grid>) {
-        self.cells.take_if(|(of, _)| Some(*of) != grid);
+        self.cells.take_if(|cells| Some(cells.grid) != grid);
     }
 
     /// Colours for what of a picture is inferred, or ground, and has none; without a grid there are none.
@@ -100,10 +126,14 @@ impl CompletePass {
         let Some(grid) = grid else {
             // Something has to be bound: a cell of which nothing is known.
             let nothing = Levels::new(gpu, UVec2::ONE, COLOUR_FORMAT).whole().clone();
-            return Completion { inferred: nothing.clone(), ground: nothing, spanned: Vec2::ONE };
+            return Completion {
+                inferred: nothing.clone(),
+                ground: nothing.clone(),
+                surfaces: nothing,
+                spanned: Vec2::ONE,
+            };
         };
-        let both = || (grid, [(); 2].map(|()| Levels::new(gpu, grid.cells, COLOUR_FORMAT)));
-        let (_, [inferred, ground]) = self.cells.get_or_insert_with(both);
+        let cells = self.cells.get_or_insert_with(|| Cells::new(gpu, grid));
         let step = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("complete"),
             contents: bytemuck::bytes_of(&grid.step),
@@ -115,12 +145,15 @@ impl CompletePass {
             wgpu::BindingResource::TextureView(shown.orientations),
             wgpu::BindingResource::TextureView(shown.blended),
         ];
-        self.gather.draw(gpu, encoder, bindings, &[inferred.known(), ground.known()]);
-        self.diffuse.draw(gpu, encoder, inferred, [0.0; 3]);
-        self.diffuse.draw(gpu, encoder, ground, [0.0; 3]);
+        let gathered = [cells.inferred.known(), cells.ground.known(), cells.surfaces.known()];
+        self.gather.draw(gpu, encoder, bindings, &gathered);
+        self.diffuse.draw(gpu, encoder, &cells.inferred, [0.0; 3]);
+        self.diffuse.draw(gpu, encoder, &cells.ground, [0.0; 3]);
+        self.diffuse.draw_near(gpu, encoder, &cells.surfaces);
         Completion {
-            inferred: inferred.whole().clone(),
-            ground: ground.whole().clone(),
+            inferred: cells.inferred.whole().clone(),
+            ground: cells.ground.whole().clone(),
+            surfaces: cells.surfaces.spread().clone(),
             spanned: (grid.cells * grid.step).as_vec2(),
         }
     }

@@ -3,7 +3,7 @@
 use flaneur_scene::SurfaceClass;
 use glam::{DVec3, UVec2};
 
-use super::reference::completed;
+use super::reference::{beside, completed};
 use super::{CompletePass, Shown};
 use crate::Surface;
 use crate::depths::SHOWS_MESH;
@@ -58,8 +58,8 @@ fn textures(picture: &Field<Pixel>) -> [wgpu::TextureView; 3] {
     ]
 }
 
-/// Of what was inferred, and of the ground.
-fn on_device(picture: &Field<Pixel>, grid: Grid) -> [Field<[f32; 4]>; 2] {
+/// Of what was inferred, of the ground, and of all surfaces.
+fn on_device(picture: &Field<Pixel>, grid: Grid) -> [Field<[f32; 4]>; 3] {
     let [positions, orientations, blended] = &textures(picture);
     let mut pass = CompletePass::new(gpu());
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
@@ -67,7 +67,7 @@ fn on_device(picture: &Field<Pixel>, grid: Grid) -> [Field<[f32; 4]>; 2] {
     let completion = pass.draw(gpu(), &mut encoder, Some(grid), shown);
     assert_eq!(completion.spanned, (grid.cells * grid.step).as_vec2());
     gpu().queue.submit([encoder.finish()]);
-    [texels(&completion.inferred), texels(&completion.ground)]
+    [&completion.inferred, &completion.ground, &completion.surfaces].map(texels)
 }
 
 #[test]
@@ -92,6 +92,30 @@ fn colours_agree_with_their_reference() {
                 assert!(most < COMPLETED, "{most} of {share} in {}", grid.cells);
             }
         }
+    }
+}
+
+/// What points take of the surfaces beside.
+#[test]
+fn surfaces_colour_what_is_beside_and_nothing_else() {
+    let finest = Grid::alone(PICTURE, 8192).expect("a grid");
+    for (share, times) in [(0.02, 0), (0.02, 1), (0.3, 0), (0.3, 2), (1.0, 0)] {
+        let (picture, grid) = (picture(share), finest.coarser(times));
+        let [.., found] = on_device(&picture, grid);
+        let [ground, walls] = [GROUND, WALL].map(|kind| coloured(&picture, kind));
+        let both = Field::new(PICTURE, |at| ground.at(at).or(walls.at(at)));
+        let (colours, weights) = beside(&both, grid);
+        let (mut most, mut partly, mut none) = (0.0f64, 0, 0);
+        for cell in cells(grid.cells) {
+            let [r, g, b, weight] = found.at(cell).map(f64::from);
+            let off = (DVec3::new(r, g, b) - colours.at(cell)).abs().max_element();
+            most = most.max(off).max((weight - weights.at(cell)).abs());
+            partly += u32::from(weight > 0.01 && weight < 0.99);
+            none += u32::from(weight == 0.0);
+        }
+        println!("off by {most} of {share} in {}, {partly} partly, {none} not", grid.cells);
+        assert!(most < COMPLETED, "{most} of {share} in {}", grid.cells);
+        assert!(share > 0.1 || (partly > 0 && none > 0), "{partly} {none}");
     }
 }
 

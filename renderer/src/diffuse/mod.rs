@@ -44,22 +44,7 @@ pub(crate) struct Levels {
 impl Levels {
     /// For so many cells, of four channels of `format`.
     pub(crate) fn new(gpu: &Gpu, cells: UVec2, format: wgpu::TextureFormat) -> Self {
-        let view = |size: UVec2| {
-            let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("diffuse"),
-                size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                    | wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::STORAGE_BINDING,
-                view_formats: &[],
-            });
-            texture.create_view(&Default::default())
-        };
-        let all = || sizes(cells).into_iter().map(view).collect();
+        let all = || sizes(cells).into_iter().map(|size| values(gpu, size, format)).collect();
         Self { known: all(), whole: all() }
     }
 
@@ -85,11 +70,73 @@ impl Levels {
     }
 }
 
+/// What is known of the cells of a grid, and of those beside.
+#[derive(Debug)]
+pub(crate) struct Near {
+    known: wgpu::TextureView,
+    coarser: wgpu::TextureView,
+    spread: wgpu::TextureView,
+}
+
+impl Near {
+    /// For so many cells, of four channels of `format`.
+    pub(crate) fn new(gpu: &Gpu, cells: UVec2, format: wgpu::TextureFormat) -> Self {
+        let [known, coarser, spread] =
+            [cells, halved(cells), cells].map(|size| values(gpu, size, format));
+        Self { known, coarser, spread }
+    }
+
+    /// What [`Near::bytes`] is for so many cells.
+    pub(crate) fn bytes_for(cells: UVec2, format: wgpu::TextureFormat) -> u64 {
+        [cells, halved(cells), cells].map(|size| memory::of_texels(format, size, 1)).iter().sum()
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        [&self.known, &self.coarser, &self.spread]
+            .map(|view| memory::of_texture(view.texture()))
+            .iter()
+            .sum()
+    }
+
+    /// To be drawn into, as [`Levels::known`].
+    pub(crate) fn known(&self) -> &wgpu::TextureView {
+        &self.known
+    }
+
+    /// The channels times the weight, and in the last the weight: 1 where something is known, and less beside.
+    pub(crate) fn spread(&self) -> &wgpu::TextureView {
+        &self.spread
+    }
+}
+
+/// A texture for a level.
+fn values(gpu: &Gpu, size: UVec2, format: wgpu::TextureFormat) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("diffuse"),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::STORAGE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+/// Cells of the next coarser level.
+fn halved(size: UVec2) -> UVec2 {
+    (size + 1) / 2
+}
+
 /// Sizes of a pyramid from `size` down to few cells.
 fn sizes(size: UVec2) -> Vec<UVec2> {
     let mut sizes = vec![size];
     while let Some(&size) = sizes.last().filter(|size| size.element_product() > FEW_CELLS) {
-        sizes.push((size + 1) / 2);
+        sizes.push(halved(size));
     }
     sizes
 }
@@ -122,6 +169,14 @@ impl DiffusePass {
             cache: None,
         });
         Self { pull: pass(pull), push: pass(push), coarse }
+    }
+
+    /// Spreads what is known to the cells beside.
+    pub(crate) fn draw_near(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, near: &Near) {
+        let texture = wgpu::BindingResource::TextureView;
+        let Near { known, coarser, spread } = near;
+        self.pull.draw(gpu, encoder, vec![texture(known)], &[coarser]);
+        self.push.draw(gpu, encoder, vec![texture(known), texture(coarser)], &[spread]);
     }
 
     /// Makes whole what is known; where that is nothing, all of it is `otherwise`.

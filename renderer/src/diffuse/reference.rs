@@ -5,6 +5,9 @@
 //! which needs no division where w is 0. Back from the coarsest, which takes a given value if it has none,
 //! a level is made whole by what the coarser one has there: w v + (1 - w) u, where u interpolates
 //! the coarser level between the centres of its cells, and is constant beyond the outermost.
+//!
+//! What is to stay near goes up one level only, and is not made whole: u is w' v' there, and the same is done
+//! with the weights, so that they tell how much of it is known.
 
 use std::ops::{Add, Mul};
 
@@ -48,6 +51,24 @@ pub(crate) fn diffused<T: Value>(known: &Field<Known<T>>, otherwise: T) -> Field
         let weight = if alone && weight > 0.0 { 1.0 } else { weight };
         value * weight + coarser.between((cell.as_dvec2() + 0.5) / 2.0) * (1.0 - weight)
     })
+}
+
+/// What is known of every cell and, with less weight, of those beside: times its weight, and that. What a
+/// cell lacks of a weight of 1 it takes from the next coarser level, as far as that has it.
+pub(crate) fn near<T: Value>(known: &Field<Known<T>>) -> (Field<T>, Field<f64>) {
+    let coarser = pulled(known);
+    let weighted = coarser.each(|known| known.value * known.weight);
+    let weights = coarser.each(|known| known.weight);
+    let beside = |cell: UVec2| (cell.as_dvec2() + 0.5) / 2.0;
+    let spread = Field::new(known.size, |cell| {
+        let Known { value, weight } = known.at(cell);
+        value * weight + weighted.between(beside(cell)) * (1.0 - weight)
+    });
+    let weights = Field::new(known.size, |cell| {
+        let weight = known.at(cell).weight;
+        weight + weights.between(beside(cell)) * (1.0 - weight)
+    });
+    (spread, weights)
 }
 
 /// The next coarser level.

@@ -32,7 +32,7 @@ use std::sync::Arc;
 
 use flaneur_scene::{
     ImageId, ImageUpdate, MeshTile, PointChunk, PointNodeId, SceneUpdate, SurfaceClass, TileKey,
-    View, ViewProjection,
+    View, ViewProjection, linear_from_srgb,
 };
 use glam::{DVec3, UVec2};
 
@@ -63,7 +63,7 @@ pub use difference::Difference;
 
 use alignment::Aligned;
 use colour::What;
-use completion::{Coloured, Completion};
+use completion::{Beside, Coloured, Completion};
 use discs::Point;
 use field::Field;
 use inference::{Hypotheses, Inferred};
@@ -255,6 +255,7 @@ fn completes(mode: Mode) -> bool {
 struct Completions {
     inferred: Option<Completion>,
     ground: Option<Completion>,
+    surfaces: Option<Beside>,
 }
 
 /// What colours the pixels of a view.
@@ -297,6 +298,12 @@ impl Painter<'_> {
         Completions {
             inferred: of(is_inferred, &|at| inferred.doubt(at)),
             ground: of(is_ground, &|_| 0.0),
+            surfaces: Beside::new(
+                self.view,
+                &Field::new(shown.size, |at| {
+                    blends.at(at).filter(|_| !is_inferred(&shown.at(at))).map(|blend| blend.colour)
+                }),
+            ),
         }
     }
 
@@ -321,6 +328,7 @@ impl Painter<'_> {
         let is_inferred = is_inferred(pixel);
         let inferred = self.inferred.filter(|_| is_inferred);
         let mut doubt = inferred.map_or(0.0, |inferred| inferred.doubt(at));
+        let (depth_m, normal) = (met.shown.depth_m, met.shown.normal);
         let (mut what, mut blend) = (met.what, blend);
         let surface = match (met.shown.is_point, blend.is_some()) {
             (_, true) if is_inferred => Surface::Inferred,
@@ -341,10 +349,17 @@ impl Painter<'_> {
                 Surface::MeshUncoloured
             }
             (false, true) => Surface::MeshColoured,
-            (true, false) => Surface::PointUncoloured,
+            (true, false) => {
+                let around = completions.surfaces.as_ref();
+                blend = around.filter(|_| self.mode == Mode::Hybrid).map(|around| {
+                    let own =
+                        colour::colour(&colour::Pixel { depth_m, normal, what, blend }, self.mode);
+                    Blend::of_colour(around.mixed(at, own.map(linear_from_srgb)))
+                });
+                Surface::PointUncoloured
+            }
             (true, true) => Surface::PointColoured,
         };
-        let (depth_m, normal) = (met.shown.depth_m, met.shown.normal);
         let rgb = colour::colour(&colour::Pixel { depth_m, normal, what, blend }, self.mode);
         // Nothing may be measured at what is inferred.
         let place = (!is_inferred).then_some(Place { position: met.position, depth_m, normal });

@@ -20,9 +20,11 @@ struct Frame {
 // for the ground.
 @group(0) @binding(4) var inferred_around: texture_2d<f32>;
 @group(0) @binding(5) var ground_around: texture_2d<f32>;
-@group(0) @binding(6) var filtering: sampler;
+// For points, of the surfaces beside: linear times a weight of 0 to 1, and that.
+@group(0) @binding(6) var surfaces_around: texture_2d<f32>;
+@group(0) @binding(7) var filtering: sampler;
 // Pixels that those cells cover.
-@group(0) @binding(7) var<uniform> spanned: vec2<f32>;
+@group(0) @binding(8) var<uniform> spanned: vec2<f32>;
 
 // Modes, as `Mode` in settings.rs.
 const MODE_POINTS_COLOUR: u32 = 3u;
@@ -62,6 +64,7 @@ fn fs(corner: Corner) -> @location(0) vec4<f32> {
     let cells = at * corner.per_spanned;
     let of_inferred = textureSampleLevel(inferred_around, filtering, cells, 0.0);
     let of_ground = textureSampleLevel(ground_around, filtering, cells, 0.0);
+    let of_surfaces = textureSampleLevel(surfaces_around, filtering, cells, 0.0);
     let ground = is_ground(place.kind, place.code);
     let around = select(of_inferred, of_ground, ground);
     let has_colour = coloured || (around.w > 0.5 && (ground || place.kind == SHOWS_INFERRED));
@@ -80,6 +83,9 @@ fn fs(corner: Corner) -> @location(0) vec4<f32> {
                 colour = own_colour(place);
                 if has_colour {
                     colour = srgb_from_linear(select(around.rgb, sum.rgb / sum.w, coloured));
+                } else if place.kind == SHOWS_POINT {
+                    let own = (1.0 - of_surfaces.w) * linear_from_srgb(colour);
+                    colour = srgb_from_linear(of_surfaces.rgb + own);
                 }
             }
         }

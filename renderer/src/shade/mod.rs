@@ -301,6 +301,7 @@ impl ShadePass {
             wgpu::BindingResource::TextureView(&targets.blended),
             wgpu::BindingResource::TextureView(&completion.inferred),
             wgpu::BindingResource::TextureView(&completion.ground),
+            wgpu::BindingResource::TextureView(&completion.surfaces),
             wgpu::BindingResource::Sampler(&self.filtering),
             spanned.as_entire_binding(),
         ];
