@@ -191,7 +191,7 @@ fn hearing_is_continuous() {
     assert_eq!(heard(0.3, 0.0), 0.3);
     assert_eq!(heard(UNHEARD, 1.0), 0.0);
     let (mut before, mut weight) = (0.0, 0.0);
-    for i in 0..8000 {
+    for i in 0..20_000 {
         weight = 5e-6 * f64::from(i);
         let now = heard(weight, 1.0);
         assert!(now >= before && now <= weight && now - before < HEARD_STEP);
