@@ -39,15 +39,24 @@ pub(crate) fn set_up(arguments: &LoggingArguments, level: LevelFilter, console: 
     let steps = [LevelFilter::WARN, LevelFilter::INFO, LevelFilter::DEBUG, LevelFilter::TRACE];
     let start = steps.iter().position(|&step| step == level).unwrap_or(0);
     let wanted = steps[(start + usize::from(arguments.verbose)).min(steps.len() - 1)];
-    let filter = EnvFilter::builder().with_default_directive(wanted.into()).from_env_lossy();
+    let set = std::env::var(EnvFilter::DEFAULT_ENV).ok();
     let builder = tracing_subscriber::fmt()
-        .with_env_filter(filter)
+        .with_env_filter(filter(wanted, set.as_deref()))
         .with_ansi(io::stderr().is_terminal())
         .with_writer(ConsoleWriter(console.clone()));
     match arguments.log_format {
         LogFormat::Compact => builder.compact().init(),
         LogFormat::Pretty => builder.pretty().init(),
         LogFormat::Json => builder.json().flatten_event(true).init(),
+    }
+}
+
+/// What is `wanted` of Flaneur's own crates, and warnings of all others: some of them log every line that they
+/// compile. What is `set` goes before.
+fn filter(wanted: LevelFilter, set: Option<&str>) -> EnvFilter {
+    match set.filter(|set| !set.trim().is_empty()) {
+        Some(set) => EnvFilter::builder().parse_lossy(set),
+        None => EnvFilter::new(format!("{},flaneur={wanted}", LevelFilter::WARN)),
     }
 }
 
@@ -70,5 +79,31 @@ impl MakeWriter<'_> for ConsoleWriter {
 
     fn make_writer(&self) -> Self {
         self.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tracing::{Level, enabled, subscriber};
+
+    use super::*;
+
+    #[test]
+    fn other_crates_say_no_more_than_warnings_unless_they_are_asked() {
+        let within = |set, check: fn()| {
+            let filter = filter(LevelFilter::TRACE, set);
+            let quiet = tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::sink);
+            subscriber::with_default(quiet.finish(), check);
+        };
+        within(None, || {
+            assert!(enabled!(target: "flaneur::commands", Level::TRACE));
+            assert!(enabled!(target: "flaneur_streamer::load", Level::TRACE));
+            assert!(enabled!(target: "naga::front", Level::WARN));
+            assert!(!enabled!(target: "naga::front", Level::INFO));
+        });
+        within(Some("naga=debug"), || {
+            assert!(enabled!(target: "naga::back", Level::DEBUG));
+            assert!(!enabled!(target: "flaneur::commands", Level::TRACE));
+        });
     }
 }

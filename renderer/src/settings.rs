@@ -143,7 +143,7 @@ pub enum Mode {
     Points = 2,
     /// The points alone, in their own colours, or in those of their classes.
     PointsColour = 3,
-    /// Mesh and points in neutral shades, with the edges of the mesh.
+    /// The mesh in neutral shades with its edges, and the points in their own colours.
     Wireframe = 4,
     /// Depth along the view's axis: white at the eye, grey at 10 m, black at infinity.
     Depth = 5,
