@@ -19,7 +19,7 @@ use crate::shade::reference::park_weight;
 /// How many of the rigs nearest to the eye speak first.
 pub(crate) const NEAREST: usize = 2;
 /// Share of what they say that is not heard of others. Photographs of one place differ by a few hundredths, so
-/// that this is a fraction of a step of 8 bits: a quarter of it is no nearer to photographs that were held out.
+/// that this is a fraction of a step of 8 bits: half of it, or an eighth, is no nearer to photographs that were held out.
 pub(crate) const UNHEARD: f64 = 1.0 / 32.0;
 
 /// The greatest weight, but for the rig's own share, that any camera of a rig can have at a place where the
