@@ -29,9 +29,9 @@ impl Gateway {
             CONFIGURATION,
             &[
                 ("/tmp/", format!("{}/", folder.path().display())),
-                ("data:7878", authority(data)),
-                ("render-1:7878", authority(render[0])),
-                ("render-2:7878", authority(render[1])),
+                ("data:7878 resolve", authority(data)),
+                ("render-1:7878 resolve", authority(render[0])),
+                ("render-2:7878 resolve", authority(render[1])),
                 ("listen 8080;", format!("listen {web};")),
                 ("listen 8081 http2;", format!("listen {grpc} http2;")),
             ],

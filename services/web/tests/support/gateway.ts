@@ -40,12 +40,12 @@ export class Gateway {
     const folder = fs.mkdtempSync(path.join(os.tmpdir(), "flaneur-gateway-"));
     const names: [string, string][] = [
       ["/tmp/", `${folder}/`],
-      ["data:7878", new URL(data.url).host],
+      ["data:7878 resolve", new URL(data.url).host],
       ["listen 8080;", `listen 127.0.0.1:${web};`],
       ["listen 8081 http2;", `listen 127.0.0.1:${grpc} http2;`],
     ];
     for (const [index, { url }] of replicas.entries()) {
-      names.push([`render-${index + 1}:7878`, new URL(url).host]);
+      names.push([`render-${index + 1}:7878 resolve`, new URL(url).host]);
     }
     let text = fs.readFileSync(path.join(ROOT, "deploy/nginx.conf"), "utf8");
     for (const [name, here] of names) {
