@@ -36,6 +36,10 @@ fn what_cannot_be_served_is_one_line_with_a_remedy_and_code_2() {
     let (code, message) = refusal(&[text(&file)]);
     assert_eq!((code, message.lines().count()), (Some(2), 1), "{message}");
 
+    let (code, message) = refusal(&[text(work.path()), "--allow-origin", "maps.example.org"]);
+    assert_eq!(code, Some(2), "{message}");
+    assert!(message.contains("https://host"), "{message}");
+
     let (code, message) = refusal(&[]);
     assert_eq!(code, Some(2), "{message}");
     let (code, message) = refusal(&[text(work.path()), "--listen", "nowhere"]);

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 use flaneur_renderer::Settings;
-use flaneur_services::grpc::{Limits, Offer, ServeError, Server, in_process};
+use flaneur_services::grpc::{Limits, Offer, Origin, ServeError, Server, in_process};
 use flaneur_services::render::{RenderOptions, Rendering};
 use flaneur_services::store::{Catalog, Store, StoreError};
 use flaneur_streamer::{FetchLimits, Servers};
@@ -44,6 +44,10 @@ pub(crate) struct ServeArguments {
     /// Address to listen on; port 0 is any free one
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878")]
     listen: SocketAddr,
+    /// Whose pages may call, besides the server's own, as in https://maps.example.org; * for all. May be
+    /// given again
+    #[arg(long, value_name = "ORIGIN")]
+    allow_origin: Vec<Origin>,
     /// Most calls in flight; more are refused
     #[arg(long, value_name = "N", default_value_t = Limits::default().calls)]
     max_calls: usize,
@@ -83,7 +87,7 @@ pub(crate) async fn run(arguments: ServeArguments, context: &Context) -> Result<
     };
     let connections = descriptors::connections(Limits::default().connections);
     let limits = Limits { calls: arguments.max_calls, connections, ..Limits::default() };
-    let offer = Offer { data, rendering };
+    let offer = Offer { data, rendering, origins: arguments.allow_origin };
     let server = Server::bind(offer, arguments.listen, limits).await.map_err(of_server)?;
     output::print(&format!("serving http://{}\n", server.address()))?;
     tracing::info!(address = %server.address(), "serving");

@@ -15,6 +15,7 @@ mod in_process;
 mod metrics;
 mod not_found;
 mod octrees;
+mod origins;
 mod panoramas;
 mod pieces;
 mod points;
@@ -39,6 +40,7 @@ use octrees::Octrees;
 use pieces::Ahead;
 
 pub use in_process::in_process;
+pub use origins::{NoOrigin, Origin};
 pub use routes::{Limits, Offer};
 pub use server::{ServeError, Server};
 

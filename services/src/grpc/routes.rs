@@ -24,6 +24,7 @@ use super::Services;
 use super::call::{self, Calls};
 use super::metrics::Metrics;
 use super::not_found;
+use super::origins::Origin;
 use super::server::ServeError;
 use crate::page;
 use crate::render::{NotRendered, Rendering};
@@ -62,12 +63,14 @@ pub struct Offer {
     pub data: Option<Catalog>,
     /// What renders; none: it has no render service.
     pub rendering: Option<Rendering>,
+    /// Whose pages may call, beside its own.
+    pub origins: Vec<Origin>,
 }
 
 impl From<Catalog> for Offer {
     /// The data services alone.
     fn from(catalog: Catalog) -> Self {
-        Self { data: Some(catalog), rendering: None }
+        Self { data: Some(catalog), ..Self::default() }
     }
 }
 

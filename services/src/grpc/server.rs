@@ -3,12 +3,11 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use http::Method;
-use http::header::HeaderName;
 use tokio::net::{TcpListener, TcpSocket};
-use tower_http::cors::{Any, CorsLayer};
+use tower_http::cors::CorsLayer;
 
 use super::connections::connections;
+use super::origins;
 use super::routes::{Answers, Limits, Offer};
 
 /// How long calls in flight may go on once the server is asked to stop.
@@ -50,6 +49,7 @@ pub struct Server {
     address: SocketAddr,
     answers: Answers,
     limits: Limits,
+    cors: CorsLayer,
 }
 
 impl Server {
@@ -62,8 +62,10 @@ impl Server {
         let failed = |source| ServeError::Bind { address, source };
         let listener = listen(address).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
-        let answers = Answers::new(offer.into(), &limits).await?;
-        Ok(Self { listener, address, answers, limits })
+        let offer = offer.into();
+        let cors = origins::layer(&offer.origins);
+        let answers = Answers::new(offer, &limits).await?;
+        Ok(Self { listener, address, answers, limits, cors })
     }
 
     /// The address that is listened on.
@@ -74,7 +76,7 @@ impl Server {
     /// Serves until `stop` completes; then no new calls are taken, and those in flight have
     /// ten seconds to end.
     pub async fn serve(self, stop: impl Future<Output = ()>) -> Result<(), ServeError> {
-        let Self { listener, answers, limits, .. } = self;
+        let Self { listener, answers, limits, cors, .. } = self;
         let incoming = connections(listener, limits.connections);
         let (stopping, stopped) = tokio::sync::watch::channel(false);
         let mut builder = tonic::transport::Server::builder()
@@ -84,7 +86,7 @@ impl Server {
             .http2_keepalive_timeout(Some(KEEPALIVE.1))
             .initial_stream_window_size(REQUEST_WINDOW.0)
             .initial_connection_window_size(REQUEST_WINDOW.1)
-            .layer(cors());
+            .layer(cors);
         let wait = |mut stopped: tokio::sync::watch::Receiver<bool>| async move {
             // The sender lives as long as this function; an error is a stop as well.
             let _ = stopped.wait_for(|stopped| *stopped).await;
@@ -123,15 +125,4 @@ fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
     socket.set_reuseaddr(true)?;
     socket.bind(address)?;
     socket.listen(BACKLOG)
-}
-
-/// Pages of any origin may call: the services are public to whoever reaches the port.
-fn cors() -> CorsLayer {
-    let exposed = ["grpc-status", "grpc-message", "grpc-status-details-bin"];
-    CorsLayer::new()
-        .allow_origin(Any)
-        .allow_methods([Method::GET, Method::POST])
-        .allow_headers(Any)
-        .expose_headers(exposed.map(HeaderName::from_static))
-        .max_age(Duration::from_secs(24 * 3600))
 }

@@ -8,10 +8,7 @@ import { TEXT } from "./strings";
 import "./styles/page.css";
 import { waitMs } from "./api/backoff";
 
-/** The server of this page; while the page is being developed, another. */
-const SERVER = import.meta.env.VITE_FLANEUR_SERVER ?? location.origin;
-
-const clients = connect(SERVER);
+const clients = connect(location.origin);
 const page = document.querySelector<HTMLElement>("#page") ?? document.body;
 void begin();
 

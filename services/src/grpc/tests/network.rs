@@ -20,7 +20,7 @@ use tonic_types::StatusExt;
 
 use super::answers::all;
 use super::street::{self, SCENE};
-use crate::grpc::{Limits, ServeError, Server};
+use crate::grpc::{Limits, Offer, ServeError, Server};
 use crate::store::Catalog;
 
 use v1::footprint_service_client::FootprintServiceClient;
@@ -43,8 +43,12 @@ impl Running {
     /// Over the store whose objects these are.
     pub(super) async fn over(objects: Arc<dyn ObjectStore>, limits: Limits) -> Self {
         let catalog = Catalog::open([street::store(objects)]).await.expect("memory");
+        Self::offering(catalog.into(), limits).await
+    }
+
+    async fn offering(offer: Offer, limits: Limits) -> Self {
         let any = "127.0.0.1:0".parse().expect("an address");
-        let server = Server::bind(catalog, any, limits).await.expect("a free port");
+        let server = Server::bind(offer, any, limits).await.expect("a free port");
         let address = server.address();
         let (stop, stopped) = oneshot::channel();
         let task = tokio::spawn(server.serve(async {
@@ -77,17 +81,40 @@ impl Running {
     }
 }
 
-#[tokio::test]
-async fn a_page_in_a_browser_can_call() {
-    let server = Running::start(Limits::default()).await;
+/// A server whose pages of those origins may call.
+async fn admitting(origins: &[&str]) -> Running {
+    let store = street::store(street::street().await);
+    let catalog = Catalog::open([store]).await.expect("memory");
+    let origins = origins.iter().map(|origin| origin.parse().expect("an origin")).collect();
+    Running::offering(Offer { origins, ..catalog.into() }, Limits::default()).await
+}
+
+/// What is said to a browser that asks whether a page may call.
+async fn preflight(server: &Running) -> String {
     let preflight = "OPTIONS /flaneur.v1.SceneService/GetScene HTTP/1.0\r\n\
         Origin: https://example.org\r\nAccess-Control-Request-Method: POST\r\n\
         Access-Control-Request-Headers: content-type,x-grpc-web";
-    let (head, _) = server.http(preflight, b"").await;
-    assert!(head.contains(" 200 "), "{head}");
-    assert!(head.contains("access-control-allow-origin: *"), "{head}");
-    assert!(head.contains("access-control-allow-headers: *"), "{head}");
+    server.http(preflight, b"").await.0
+}
 
+#[tokio::test]
+async fn pages_of_others_may_call_where_someone_has_said_so() {
+    let allows = "access-control-allow-origin: ";
+    for origins in [&[][..], &["https://example.com", "http://example.org"]] {
+        let head = preflight(&admitting(origins).await).await;
+        assert!(!head.contains(allows), "{origins:?}: {head}");
+    }
+    for (origin, said) in [("https://example.org", "https://example.org\r"), ("*", "*\r")] {
+        let head = preflight(&admitting(&["https://example.com", origin]).await).await;
+        assert!(head.contains(" 200 "), "{head}");
+        assert!(head.contains(&[allows, said].concat()), "{head}");
+        assert!(head.contains("access-control-allow-headers: *"), "{head}");
+    }
+}
+
+#[tokio::test]
+async fn a_page_in_a_browser_can_call() {
+    let server = admitting(&["https://example.org"]).await;
     let call = async |scene: &str| {
         let message = v1::GetSceneRequest { scene: scene.into() }.encode_to_vec();
         let mut frame = vec![0];
@@ -100,7 +127,7 @@ async fn a_page_in_a_browser_can_call() {
     let (head, body) = call(SCENE).await;
     assert!(head.contains(" 200 "), "{head}");
     assert!(head.contains("content-type: application/grpc-web"), "{head}");
-    assert!(head.contains("access-control-allow-origin: *"), "{head}");
+    assert!(head.contains("access-control-allow-origin: https://example.org"), "{head}");
     assert!(head.contains("access-control-expose-headers: grpc-status"), "{head}");
     let length = u32::from_be_bytes(body[1..5].try_into().expect("four bytes")) as usize;
     let answer = v1::GetSceneResponse::decode(&body[5..5 + length]).expect("a message");
