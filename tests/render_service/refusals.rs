@@ -1,8 +1,10 @@
 //! What the render service refuses, and what it says.
 
 use std::ffi::OsStr;
+use std::time::Duration;
 
 use flaneur_proto::v1;
+use tokio_stream::wrappers::ReceiverStream;
 use tonic::Code;
 use tonic_types::StatusExt;
 use v1::scene_service_client::SceneServiceClient;
@@ -69,6 +71,7 @@ async fn what_is_wrong_with_a_request_is_named() {
     };
     let status = client.update_view(nobody).await.expect_err("nobody watches");
     assert_eq!(status.code(), Code::NotFound, "{status}");
+    assert!(status.message().contains("begin another"), "{status}");
 
     // Of an update, in the course of a walk.
     let mut walker = Walker::begin(&mut client, 0.0).await.expect("a walk");
@@ -84,7 +87,15 @@ async fn what_is_wrong_with_a_request_is_named() {
 
     // Two may walk, a third must wait; and who says nothing for two seconds has gone.
     let mut first = Walker::begin(&mut client, 0.0).await.expect("a walk");
+    // Who has not said what to show keeps nobody out.
+    let (_silent, nothing) = tokio::sync::mpsc::channel(1);
+    let waiting = {
+        let mut client = client.clone();
+        tokio::spawn(async move { client.navigate(ReceiverStream::new(nothing)).await })
+    };
+    tokio::time::sleep(Duration::from_millis(200)).await;
     let second = Walker::begin(&mut client, 0.0).await.expect("another");
+    assert!(!waiting.is_finished(), "it may still say what to show");
     let status = match Walker::begin(&mut client, 0.0).await {
         Err(status) => status,
         Ok(mut third) => third.next().await.expect_err("there is no place"),

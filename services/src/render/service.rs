@@ -110,7 +110,7 @@ impl Rendering {
                 outcome = session::run(scene, inputs, options, frames.clone()) => outcome.err(),
                 status = ending => Some(status),
                 () = stopping.cancelled() => {
-                    Some(Status::unavailable("the server is stopping; watch again"))
+                    Some(Status::unavailable("the server is stopping"))
                 }
             };
             if let Some(status) = status {
@@ -189,12 +189,13 @@ impl v1::render_service_server::RenderService for Rendering {
         request: Request<Streaming<v1::ViewUpdate>>,
     ) -> Result<Response<FrameStream>, Status> {
         self.scenes()?;
-        let place = Arc::new(self.place()?);
         let mut updates = request.into_inner();
         let first = tokio::time::timeout(FIRST_VIEW, updates.message()).await;
         let first = first.map_err(|_| Status::deadline_exceeded("no view was sent"))??;
         let first = first.ok_or_else(|| Status::invalid_argument("no view was sent"))?;
         let inputs = Inputs::begin(first, &self.options).map_err(|e| status::invalid(&e))?;
+        // Who has not said what to show takes nobody's place.
+        let place = Arc::new(self.place()?);
         let inputs = Arc::new(inputs);
         let ending = listen(updates, Arc::clone(&inputs), Arc::clone(&self.options));
         self.begin(place, inputs, ending).await
@@ -230,7 +231,9 @@ impl v1::render_service_server::RenderService for Rendering {
     ) -> Result<Response<v1::UpdateViewResponse>, Status> {
         let v1::UpdateViewRequest { session, update } = request.into_inner();
         let inputs = self.sessions.inputs(&session);
-        let inputs = inputs.ok_or_else(|| Status::not_found("no such session; watch again"))?;
+        let inputs = inputs.ok_or_else(|| {
+            Status::not_found("the session has ended, or is another server's: begin another")
+        })?;
         let update = update.ok_or_else(|| FieldError::new("update", "is absent"));
         let update = update.map_err(|e| status::invalid(&e))?;
         inputs.update(&update).map_err(|refusal| refusal.within("update").status(&self.options))?;

@@ -115,7 +115,7 @@ impl Session {
             let mut wake = heard.at + self.options.idle;
             if Instant::now() >= wake {
                 let seconds = self.options.idle.as_secs();
-                let message = format!("nothing was heard for {seconds} s; watch again");
+                let message = format!("nothing was heard for {seconds} s: the session has ended");
                 return Err(Status::deadline_exceeded(message));
             }
             if painting.is_none() {
