@@ -1,3 +1,4 @@
+import { Link } from "./support/link";
 import { Server } from "./support/server";
 import { expect, test } from "./support/test";
 
@@ -13,7 +14,8 @@ test("says that the server is gone, and goes on where one was once it is back", 
     const pose = await walker.pose();
     await server.kill();
     await walker.sees("lost");
-    await expect(walker.page.getByText("No connection")).toBeVisible();
+    await expect(walker.page.locator(".quality")).toHaveText("No connection");
+    await expect(walker.spoken).toHaveText("No connection");
     // The last picture stays, and turns with the head.
     await walker.drag([600, 400], [560, 400]);
     expect((await walker.colours()).spread).toBeGreaterThan(20);
@@ -24,11 +26,44 @@ test("says that the server is gone, and goes on where one was once it is back", 
       await walker.sees("final");
       const after = await walker.pose();
       expect(after.eye).toEqual(pose.eye);
+      await expect(walker.spoken).toHaveText(/^Connected again/);
       await walker.hold("w", 300);
       await walker.sees("final");
     } finally {
       await again.kill();
     }
+  } finally {
+    await server.kill();
+  }
+});
+
+test("takes no second place where the server has not noticed that the connection was lost", async ({
+  walker,
+}) => {
+  const server = await Server.start(0, undefined, ["--max-sessions", "1"]);
+  const link = await Link.to(server.port);
+  try {
+    await walker.open(link.url);
+    link.cut();
+    await walker.sees("lost");
+    link.mend();
+    await walker.sees("final");
+    await walker.hold("w", 300);
+    await walker.sees("final");
+  } finally {
+    await link.close();
+    await server.kill();
+  }
+});
+
+test("says that the server is stopping in words that are for people", async ({ walker }) => {
+  const server = await Server.start();
+  try {
+    await walker.open(server.url);
+    server.stop();
+    await walker.sees("trouble");
+    await expect(walker.status).toContainText("the server is stopping");
+    await expect(walker.status).not.toContainText("watch");
   } finally {
     await server.kill();
   }

@@ -61,7 +61,11 @@ export class Session {
   readonly #render: Clients["render"];
   readonly #scene: string;
   readonly #listener: SessionListener;
-  #token = "";
+  /**
+   * Its name. Watched again by it a session keeps its place, also where the server has not noticed yet
+   * that the connection was lost.
+   */
+  #token = randomToken();
   #view: View | undefined;
   #sequence = 0n;
   /** Of the views, the newest that the server was sent. */
@@ -89,7 +93,7 @@ export class Session {
    * not read messages.
    */
   get headers(): Record<string, string> {
-    return this.#token ? { "flaneur-session": this.#token } : {};
+    return { "flaneur-session": this.#token };
   }
 
   /** Asks for frames of a view; those of former views are of no more use. */
@@ -130,7 +134,6 @@ export class Session {
     }
     const watching = new AbortController();
     this.#watching = watching;
-    this.#token = randomToken();
     this.#sent = this.#sequence;
     this.#received = 0n;
     this.#acknowledged = 0n;
@@ -223,7 +226,7 @@ export class Session {
     if (error.code === Code.NotFound) {
       if (this.#received === 0n) {
         // A session that was never there: its server and that of its views are not the same.
-        this.#ended(watching, new ConnectError(error.rawMessage, Code.Unavailable, error.metadata));
+        this.#ended(watching, new ConnectError("", Code.Unavailable, error.metadata));
         return;
       }
       // The session is gone; nothing was lost but that.
@@ -247,6 +250,10 @@ export class Session {
       return;
     }
     this.#forget();
+    if (answered(error)) {
+      // There it is no more. Another name may lead to another server.
+      this.#token = randomToken();
+    }
     if (error.code === Code.DeadlineExceeded && this.#failures === 0 && this.#received > 0n) {
       this.#listener.state({ kind: "resting" });
     } else if (HOPELESS.has(error.code)) {

@@ -2,15 +2,15 @@ import type { SessionState } from "../api/session";
 import { element } from "../dom";
 import type { Frame } from "../gen/flaneur/v1/render_pb";
 import { TEXT } from "../strings";
-
-type Quality = keyof typeof TEXT.quality;
+import { type Quality, Spoken } from "./spoken";
 
 /** How good the picture is and how old, and how far loading has come. */
 export class StatusPanel {
   readonly root: HTMLElement;
   readonly progress: HTMLElement;
   readonly #dot = element("span", { class: "dot", "aria-hidden": "true" });
-  readonly #quality = element("span", { class: "quality", role: "status" });
+  readonly #quality = element("span", { class: "quality" });
+  readonly #spoken = new Spoken();
   readonly #detail = element("span", { class: "aside" });
   readonly #age = element("span", { class: "aside age" });
   readonly #retry = element("button", { type: "button", class: "text" }, TEXT.retryNow);
@@ -34,6 +34,7 @@ export class StatusPanel {
       this.#detail,
       this.#age,
       this.#retry,
+      this.#spoken.root,
     );
     this.progress = element(
       "div",
@@ -89,10 +90,8 @@ export class StatusPanel {
   #draw(): void {
     const quality = this.quality;
     this.root.dataset.quality = quality;
-    // Words only where they change, so that nobody is told twice.
-    if (this.#quality.textContent !== TEXT.quality[quality]) {
-      this.#quality.textContent = TEXT.quality[quality];
-    }
+    this.#quality.textContent = TEXT.quality[quality];
+    this.#spoken.hear(quality, this.#reason());
     this.#retry.hidden = !["lost", "full", "trouble"].includes(quality);
     this.root.title = this.#frame?.fault ?? "";
     this.#drawTimes();
@@ -120,6 +119,12 @@ export class StatusPanel {
     };
     set(this.#age, frame ? TEXT.age((now - this.#frameMs) / 1000) : "");
     set(this.#detail, this.#detailNow(now));
+  }
+
+  /** Why it stands so, where somebody has said. */
+  #reason(): string {
+    const state = this.#state;
+    return "reason" in state ? state.reason : (this.#frame?.fault ?? "");
   }
 
   #detailNow(now: number): string {

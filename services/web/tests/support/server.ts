@@ -45,6 +45,11 @@ export class Server {
     return this.#process.pid ?? 0;
   }
 
+  /** Asks it to end. */
+  stop(): void {
+    this.#process.kill("SIGTERM");
+  }
+
   /** Ends it as a crash does: at once, and without a word. */
   async kill(): Promise<void> {
     if (this.#process.exitCode === null && this.#process.signalCode === null) {

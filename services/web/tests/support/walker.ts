@@ -8,11 +8,14 @@ export class Walker {
   readonly page: Page;
   readonly stage: Locator;
   readonly status: Locator;
+  /** What is read aloud of it. */
+  readonly spoken: Locator;
 
   constructor(page: Page) {
     this.page = page;
     this.stage = page.locator(".stage");
     this.status = page.locator(".status");
+    this.spoken = this.status.getByRole("status");
   }
 
   /** Opens an address and waits for the whole picture. */
