@@ -94,6 +94,8 @@ async fn a_still_is_what_flaneur_render_makes() {
     assert_eq!((frame.media_type.as_str(), frame.remaining), ("image/png", 0));
     assert_eq!(frame.view, Some(view(40.0)));
     assert!(frame.bytes_received > 10_000 && frame.render_ms > 0.0);
+    assert!((0.01..0.9).contains(&frame.unsurveyed_share), "{}", frame.unsurveyed_share);
+    assert!(frame.blank_share < frame.unsurveyed_share, "the sky is inferred: {frame:?}");
 
     let out = street.store.with_file_name("frame.png");
     let at = EYE.map(|metres| metres.to_string()).join(",");

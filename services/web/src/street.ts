@@ -1,4 +1,5 @@
 import type { Clients } from "./api/clients";
+import { reasonOf } from "./api/failure";
 import { Session } from "./api/session";
 import { Clicks } from "./clicks";
 import { Keys } from "./controls/keys";
@@ -13,6 +14,7 @@ import { Buildings } from "./map/buildings";
 import { MapCorner } from "./map/corner";
 import { Measuring } from "./measure/measuring";
 import { referenceOf } from "./measure/reference";
+import { Astray } from "./panels/astray";
 import { copyText } from "./panels/copy";
 import { helpDialog } from "./panels/help";
 import { layerLegend, layerSwitches } from "./panels/layers";
@@ -82,6 +84,7 @@ export async function openStreet(
       pace.took(frame);
       await stage.add(frame);
       status.frame(frame);
+      astray.frame(frame);
       host.dispatchEvent(new CustomEvent("flaneur:frame", { detail: frame }));
     },
     state(state) {
@@ -137,6 +140,14 @@ export async function openStreet(
     stand,
   });
 
+  const astray = new Astray(scene, async () => {
+    try {
+      visit.go(await withoutLink(scene, catalogue, buildings, terrain));
+      host.focus({ preventScroll: true });
+    } catch (error) {
+      toast.say(TEXT.failed(reasonOf(error)));
+    }
+  });
   const help = helpDialog();
   const corner = new MapCorner(scene, pose, {
     go(x, y) {
@@ -211,6 +222,7 @@ export async function openStreet(
         element("div", { class: "end" }, zoomButtons(zoom), status.root),
       ),
     ),
+    astray.root,
     toast.root,
     help,
     photographs.root,

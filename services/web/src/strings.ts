@@ -92,6 +92,7 @@ export const TEXT = {
     trouble: "Server trouble",
     refused: "Not available",
   },
+  connectedAgain: "Connected again",
   remaining: (parts: bigint) =>
     parts === 1n ? "1 part to come" : `${parts.toLocaleString("en")} parts to come`,
   resting: "move to go on",
@@ -126,6 +127,9 @@ export const TEXT = {
   mapZoomOut: "Zoom the map out",
   mapPlain: "A plain map: this browser has no WebGL.",
   here: "You are here",
+
+  nothingInSight: "Nothing of this street is in sight from here.",
+  backToStreet: "Back to the street",
 
   nothingThere: "Nothing was surveyed there",
   noPhotograph: "No photograph is near",

@@ -305,6 +305,84 @@ test("works on a narrow screen, and with fingers", async ({ server, browser }) =
   await context.close();
 });
 
+test("what is measured stays in sight, on whatever screen", async ({ server, browser }) => {
+  for (const [width, height] of [
+    [768, 1024],
+    [640, 360],
+    [1024, 768],
+  ] as const) {
+    const size = `${width}x${height}`;
+    const context = await browser.newContext({ viewport: { width, height }, hasTouch: true });
+    const walker = new Walker(await context.newPage());
+    await walker.open(server.url);
+    await walker.page.getByRole("button", { name: "Measure" }).tap();
+    const panel = walker.page.getByRole("region", { name: "Measure" });
+    // To the right, where a panel would be, and low, where the road is.
+    for (const [x, y] of [
+      [width * 0.72, height * 0.4],
+      [width * 0.6, height * 0.78],
+    ] as const) {
+      await walker.page.touchscreen.tap(x, y);
+      await expect(panel.getByText("Asking")).toHaveCount(0);
+      await expect(panel.getByText("WGS84").last(), size).toBeAttached();
+      const met = await walker.page.evaluate(
+        ([x, y]) => document.elementFromPoint(x, y)?.closest(".stage") !== null,
+        [x, y] as const,
+      );
+      expect(met, `${size}: the panel hides ${x}, ${y}`).toBe(true);
+    }
+    await expect(panel.locator(".line"), size).toHaveText(/^\d+\.\d+ m/);
+    await walker.page.screenshot({ path: path.join(PICTURES, `measured_${size}.png`) });
+    await context.close();
+  }
+});
+
+test("says where nothing is in sight, and leads back", async ({ server, walker, keep }) => {
+  await walker.open(server.url);
+  const start = await walker.pose();
+  const [x, y, z] = start.eye;
+  const back = walker.page.getByRole("button", { name: "Back to the street" });
+  // The sky over the street is in order.
+  await walker.open(linkTo(server.url, { ...start, pitchDeg: 89 }));
+  await expect(back).toBeHidden();
+  for (const [eye, pitchDeg] of [
+    [[x, y, z + 4000], 0],
+    [[x + 8000, y, z], 0],
+  ] as const) {
+    await walker.open(linkTo(server.url, { ...start, eye, pitchDeg }));
+    await expect(walker.page.getByText("Nothing of this street is in sight")).toBeVisible();
+    await keep("astray");
+    await back.click();
+    await expect(back).toBeHidden();
+    await walker.sees("final");
+    expect((await walker.pose()).eye).toEqual(start.eye);
+  }
+});
+
+test("what changes with each frame is not read aloud", async ({ server, walker }) => {
+  await walker.open(server.url);
+  await expect(walker.spoken).toHaveText("Final");
+  await walker.spoken.evaluate((region) => {
+    const said: string[] = [];
+    Object.assign(window, { said });
+    new MutationObserver(() => said.push(region.textContent ?? "")).observe(region, {
+      childList: true,
+      characterData: true,
+      subtree: true,
+    });
+  });
+  for (const key of ["w", "ArrowRight", "w"]) {
+    await walker.hold(key, 500);
+    await walker.sees("final");
+  }
+  // As long as something new has to last before it is said.
+  await walker.page.waitForTimeout(1200);
+  const said = await walker.page.evaluate(() => (window as unknown as { said: string[] }).said);
+  expect(said.filter((text) => text !== "Loading" && text !== "Final")).toEqual([]);
+  expect(said.length).toBeLessThan(3);
+  await expect(walker.page.locator(".status [aria-live], .panel .body[aria-live]")).toHaveCount(0);
+});
+
 test("can be used by keys alone", async ({ server, walker }) => {
   await walker.open(server.url);
   const { page } = walker;

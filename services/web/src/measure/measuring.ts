@@ -1,7 +1,7 @@
 import type { Place, Sight } from "../gen/flaneur/v1/render_pb";
 import type { Stage } from "../picture/stage";
 import { positionOf } from "../place/pick";
-import { focalLength } from "../view/pinhole";
+import { focalLength, project } from "../view/pinhole";
 import { measure, metres, type Pointed, pointed } from "./measurement";
 import { MeasurePanel } from "./panel";
 import { Ruler } from "./ruler";
@@ -83,6 +83,8 @@ export class Measuring {
     const measured = from && to && measure(from, to);
     const label = measured ? metres(measured.distance, measured.uncertainty) : "";
     const ends = places.map(({ place }) => positionOf(place));
-    this.ruler.set(ends, label, this.#stage.shown);
+    const { shown } = this.#stage;
+    this.ruler.set(ends, label, shown);
+    this.panel.spare(ends.flatMap((end) => [project(shown, end)].filter((at) => at !== undefined)));
   }
 }

@@ -1,3 +1,4 @@
+import type { ScreenPoint } from "../controls/steering";
 import { element } from "../dom";
 import { MeshSurface_Class, type Place, type Sight } from "../gen/flaneur/v1/render_pb";
 import { icon } from "../icons";
@@ -16,6 +17,7 @@ import {
   roughMetres,
   signedMetres,
 } from "./measurement";
+import { sideFor } from "./side";
 
 /** What the panel leads to. */
 export interface MeasurePanelEvents {
@@ -29,7 +31,7 @@ export class MeasurePanel {
   readonly #reference: string;
   readonly #events: MeasurePanelEvents;
   readonly #body: HTMLElement;
-  /** All that there is room for on a narrow screen, unless it is opened. */
+  /** All that there is room for on a narrow screen, unless it is opened; and what is read aloud. */
   readonly #line = element("p", { class: "line", role: "status" });
   readonly root: HTMLElement;
 
@@ -37,7 +39,7 @@ export class MeasurePanel {
   constructor(reference: string, events: MeasurePanelEvents) {
     this.#reference = reference;
     this.#events = events;
-    this.#body = element("div", { class: "body", id: "measured", "aria-live": "polite" });
+    this.#body = element("div", { class: "body", id: "measured" });
     const handle = element("button", {
       type: "button",
       class: "plain handle",
@@ -92,6 +94,13 @@ export class MeasurePanel {
     }
     this.#body.replaceChildren(...parts);
     this.#line.textContent = asking ? TEXT.measuring : lineOf(from, to);
+  }
+
+  /** Goes out of the way of places on the page. */
+  spare(places: readonly ScreenPoint[]): void {
+    const now = this.root.classList.contains("left") ? "left" : "right";
+    const side = sideFor(this.root.getBoundingClientRect(), window.innerWidth, places, now);
+    this.root.classList.toggle("left", side === "left");
   }
 
   #placeOf(place: Place, letter: string, lettered: boolean): HTMLElement {

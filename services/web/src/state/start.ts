@@ -18,7 +18,16 @@ const FARTHEST_M = 100;
 const OUT_OF_SIGHT_M = 20_000;
 
 /** Whether a place is in a scene, or near enough to see it. */
-export function isNear({ bounds }: Pick<Scene, "bounds">, place: Vector3): boolean {
+export function isNear(scene: Pick<Scene, "bounds">, place: Vector3): boolean {
+  return isWithin(scene, place, OUT_OF_SIGHT_M);
+}
+
+/** Whether a place is in a scene, or no more than `metres` outside of its bounds along any axis. */
+export function isWithin(
+  { bounds }: Pick<Scene, "bounds">,
+  place: Vector3,
+  metres: number,
+): boolean {
   const [min, max] = [bounds?.min, bounds?.max];
   if (!min || !max) {
     return true;
@@ -26,8 +35,7 @@ export function isNear({ bounds }: Pick<Scene, "bounds">, place: Vector3): boole
   const low = [min.x, min.y, min.z];
   const high = [max.x, max.y, max.z];
   return place.every(
-    (value, axis) =>
-      value > (low[axis] ?? 0) - OUT_OF_SIGHT_M && value < (high[axis] ?? 0) + OUT_OF_SIGHT_M,
+    (value, axis) => value > (low[axis] ?? 0) - metres && value < (high[axis] ?? 0) + metres,
   );
 }
 
