@@ -4,7 +4,7 @@
 #   driver where no Vulkan driver is installed; Node.js 18 or later and npm, for the web page.
 #   With "test": Chromium, which looks at the page; Python's venv and the packages of the
 #   tests in Python, in target/python-venv; nginx; what the window's test looks at it with: an
-#   X server without a screen, hands, and the libraries that windows are made with (a desktop
+#   X server without a screen, hands, what they copied, and the libraries that windows are made with (a desktop
 #   has those).
 # Does nothing, and needs no rights, where everything is there.
 set -eu
@@ -30,6 +30,7 @@ if [ "${1:-}" = test ]; then
     [ -x /usr/sbin/nginx ] || command -v nginx >/dev/null || packages="$packages nginx-light"
     command -v Xvfb >/dev/null || packages="$packages xvfb"
     command -v xdotool >/dev/null || packages="$packages xdotool"
+    command -v xclip >/dev/null || packages="$packages xclip"
     /sbin/ldconfig -p | grep -q 'libX11-xcb\.so\.1' || packages="$packages libx11-6 libx11-xcb1"
     /sbin/ldconfig -p | grep -q 'libXcursor\.so\.1' || packages="$packages libxcursor1"
     /sbin/ldconfig -p | grep -q 'libXi\.so\.6' || packages="$packages libxi6"

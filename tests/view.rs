@@ -294,6 +294,11 @@ fn one_goes_along_walls_and_to_photographs_that_see_a_place() {
     let source = placed["source"].as_str().expect("the road was surveyed");
     assert!(source.starts_with("lidar"), "{placed}");
     await_list(&screen, &first);
+    let copied = copied(&screen);
+    let place: Vec<f64> = copied.split(", ").map(|metres| metres.parse().expect(&copied)).collect();
+    let [x, y, z] = position(start);
+    let away = (place[0] - x).hypot(place[1] - y);
+    assert!((2.0..12.0).contains(&away) && (2.0..3.5).contains(&(z - place[2])), "{copied}");
     screen.act(&["mousemove", "40", "310", "click", "1"]);
     let photograph = window.stands("where a photograph was taken");
     assert!(off_the_way(&street, &photograph) < 1.0, "{photograph}");
@@ -401,6 +406,20 @@ fn await_change(screen: &Screen, before: &RgbImage) {
         assert!(Instant::now() < until, "nothing happens");
         std::thread::sleep(Duration::from_millis(50));
     }
+}
+
+/// Copies the coordinates on top of the tape, in the corner on the right; what the desktop has then.
+fn copied(screen: &Screen) -> String {
+    // The button is behind figures whose width the font decides.
+    for x in (360..620).step_by(10) {
+        screen.act(&["mousemove", &x.to_string(), "26", "click", "1"]);
+        std::thread::sleep(Duration::from_millis(200));
+        let text = screen.clipboard();
+        if !text.is_empty() {
+            return text;
+        }
+    }
+    panic!("nothing was copied");
 }
 
 /// Waits until photographs are listed in the corner on the left of `street`.

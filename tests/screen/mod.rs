@@ -59,6 +59,16 @@ impl Screen {
         String::from_utf8(done.stdout).expect("text")
     }
 
+    /// What was copied last; nothing where nothing was.
+    pub(crate) fn clipboard(&self) -> String {
+        let pasted = Command::new("xclip")
+            .args(["-out", "-selection", "clipboard"])
+            .env("DISPLAY", &self.display)
+            .output()
+            .expect("xclip starts: run `make test`, which installs it");
+        String::from_utf8(pasted.stdout).expect("text")
+    }
+
     /// Waits for a window with `title` in its title, and has it take what is typed.
     pub(crate) fn focus(&self, title: &str) {
         let found = self.act(&["search", "--sync", "--onlyvisible", "--name", title]);

@@ -7,8 +7,8 @@
 use std::str::FromStr;
 use std::time::Duration;
 
-use http::header::{HeaderName, HeaderValue};
 use http::Method;
+use http::header::{HeaderName, HeaderValue};
 use tower_http::cors::{AllowOrigin, Any, CorsLayer};
 use url::Url;
 
@@ -49,11 +49,8 @@ pub(super) fn layer(origins: &[Origin]) -> CorsLayer {
         Origin::Any => None,
         Origin::One(origin) => Some(origin.clone()),
     });
-    let allowed = if origins.contains(&Origin::Any) {
-        AllowOrigin::any()
-    } else {
-        AllowOrigin::list(listed)
-    };
+    let allowed =
+        if origins.contains(&Origin::Any) { AllowOrigin::any() } else { AllowOrigin::list(listed) };
     let exposed = ["grpc-status", "grpc-message", "grpc-status-details-bin"];
     CorsLayer::new()
         .allow_origin(allowed)

@@ -109,7 +109,7 @@ impl App {
             Stroke::Figures => panels.shows_figures ^= true,
             Stroke::Layer(mode) => {
                 self.mode = mode;
-                panels.name_layer(layers::words(mode));
+                panels.mention(layers::words(mode).to_owned());
             }
         }
     }

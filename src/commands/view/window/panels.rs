@@ -21,9 +21,9 @@ const LINE: f32 = 36.0;
 const SMALL: f32 = 12.0;
 /// In narrower windows figures and tape do not fit beside each other, points.
 const WIDE: f32 = 760.0;
-/// How long a message stands, and the name of what is shown from now on.
+/// How long a message stands, and what is said in passing.
 const MESSAGE: Duration = Duration::from_secs(8);
-const NAME: Duration = Duration::from_secs(3);
+const MENTION: Duration = Duration::from_secs(3);
 
 /// The panels, and the library that draws them.
 pub(super) struct PanelState {
@@ -67,9 +67,9 @@ impl PanelState {
         self.message = Some((what, Instant::now() + MESSAGE));
     }
 
-    /// Says what is shown from now on.
-    pub(super) fn name_layer(&mut self, what: &str) {
-        self.message = Some((what.to_owned(), Instant::now() + NAME));
+    /// Says in passing what is shown from now on, or was done.
+    pub(super) fn mention(&mut self, what: String) {
+        self.message = Some((what, Instant::now() + MENTION));
     }
 
     /// Says nothing any more.
@@ -121,7 +121,9 @@ impl PanelState {
         }
         if self.measuring.is_on() {
             context.set_cursor_icon(egui::CursorIcon::Crosshair);
-            tape::show(context, &self.measuring, facts.reference);
+            if let Some(copied) = tape::show(context, &self.measuring, facts.reference) {
+                self.mention(format!("copied: {copied}"));
+            }
             photographs::show(context, &mut self.measuring);
         }
         if self.shows_hint && !self.measuring.is_on() {

@@ -39,33 +39,44 @@ enum Line {
     Head(&'static str),
     /// A figure by its name.
     Figure(&'static str, String),
+    /// Coordinates by their name, which can be copied, and how sure they are.
+    Coordinates(&'static str, String, String),
     /// What is to be known of the figure above.
     Remark(String),
     /// Of no figure.
     Note(String),
 }
 
-/// Shows it in a corner, above where one clicks: the ground is below.
-pub(super) fn show(context: &egui::Context, measuring: &Measuring, reference: &Reference) {
+/// Shows it in a corner, above where one clicks: the ground is below. What someone copies of it.
+pub(super) fn show(
+    context: &egui::Context,
+    measuring: &Measuring,
+    reference: &Reference,
+) -> Option<String> {
     let side = Align2::RIGHT_TOP;
     let highest = SHARE * context.content_rect().height();
     let area = egui::Area::new(egui::Id::unique("tape")).anchor(side, inward(side));
-    area.show(context, |ui| {
-        egui::Frame::popup(ui.style()).show(ui, |ui| {
+    let shown = area.show(context, |ui| {
+        let framed = egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
-            // There is nothing to copy it with.
+            // What is worth copying has a button for it.
             ui.style_mut().interaction.selectable_labels = false;
             panels::list(highest).show(ui, |ui| {
                 ui.set_max_width(NAMES + WIDTH);
+                let mut copied = None;
                 for line in lines(measuring, reference) {
-                    write(ui, &line);
+                    copied = write(ui, &line).or(copied);
                 }
-            });
+                copied
+            })
         });
+        framed.inner.inner
     });
+    shown.inner
 }
 
-fn write(ui: &mut egui::Ui, line: &Line) {
+/// Writes a line; what someone copies of it.
+fn write(ui: &mut egui::Ui, line: &Line) -> Option<String> {
     let wrapped = |text| egui::Label::new(text).wrap_mode(TextWrapMode::Wrap);
     let letters = |text: &str| RichText::new(text).size(LETTERS);
     let faint = |text: &str| RichText::new(text).size(SMALL).color(FAINT);
@@ -73,21 +84,40 @@ fn write(ui: &mut egui::Ui, line: &Line) {
         Line::Head(head) => _ = ui.strong(*head),
         Line::Note(note) => _ = ui.add(wrapped(faint(note))),
         Line::Figure(name, figure) => {
-            beside(ui, letters(name).color(FAINT), wrapped(letters(figure)));
+            beside(ui, letters(name).color(FAINT), |ui| ui.add(wrapped(letters(figure))));
         }
-        Line::Remark(remark) => beside(ui, letters(""), wrapped(faint(remark))),
+        Line::Remark(remark) => {
+            beside(ui, letters(""), |ui| ui.add(wrapped(faint(remark))));
+        }
+        Line::Coordinates(name, text, about) => {
+            let button = egui::Button::new(RichText::new("Copy").size(SMALL)).small();
+            let button = beside(ui, letters(name).color(FAINT), |ui| {
+                ui.label(letters(&format!("{text} {about}")));
+                ui.add(button)
+            });
+            if button.clicked() {
+                ui.ctx().copy_text(text.clone());
+                return Some(text.clone());
+            }
+        }
     }
+    None
 }
 
 /// Something beside its name.
-fn beside(ui: &mut egui::Ui, name: RichText, what: egui::Label) {
-    ui.horizontal_top(|ui| {
+fn beside(
+    ui: &mut egui::Ui,
+    name: RichText,
+    add: impl FnOnce(&mut egui::Ui) -> egui::Response,
+) -> egui::Response {
+    let row = ui.horizontal_top(|ui| {
         ui.allocate_ui(egui::vec2(NAMES, 0.0), |ui| {
             ui.set_min_width(NAMES);
             ui.label(name);
         });
-        ui.add(what);
+        add(ui)
     });
+    row.inner
 }
 
 /// All that is to be said.
@@ -130,11 +160,11 @@ fn say_where(lines: &mut Vec<Line>, Marked { place, .. }: &Marked, reference: &R
         _ => "of unknown uncertainty".to_owned(),
     };
     let position = coordinates(place.position, Some(unsure));
-    lines.push(Line::Figure("Position", format!("{position} {about}")));
-    let on_earth = reference.geographic(place.position);
-    let on_earth = on_earth.map(|degrees| geographic(degrees, unsure));
-    let on_earth = on_earth.unwrap_or_else(|| "not tied to the Earth".to_owned());
-    lines.push(Line::Figure("WGS84", on_earth));
+    lines.push(Line::Coordinates("Position", position, about));
+    lines.push(match reference.geographic(place.position) {
+        Some(degrees) => Line::Coordinates("WGS84", geographic(degrees, unsure), String::new()),
+        None => Line::Figure("WGS84", "not tied to the Earth".to_owned()),
+    });
 }
 
 /// From what it is known.
@@ -184,6 +214,9 @@ mod tests {
     fn figures(lines: &[Line], of: &str) -> Vec<String> {
         let figure = |line: &Line| match line {
             Line::Figure(name, figure) if *name == of => Some(figure.clone()),
+            Line::Coordinates(name, text, about) if *name == of => {
+                Some(format!("{text} {about}").trim_end().to_owned())
+            }
             _ => None,
         };
         lines.iter().filter_map(figure).collect()
@@ -251,6 +284,50 @@ mod tests {
         assert_eq!(figures(&said, "Measured at"), ["2024-05-14 09:06:40.125 UTC"]);
         assert_eq!(figures(&said, "Photograph"), ["7/left, 2024-05-14 09:06 UTC"]);
         assert!(!said.contains(&Line::Head("Place A")), "there is no other");
+    }
+
+    #[test]
+    fn coordinates_can_be_copied_without_what_is_said_of_them() {
+        let place = Place::on(DVec3::Z, DVec3::new(651_000.0, 6_861_000.0, 40.0));
+        let (tape, reference) =
+            (marked(place, Record::default()), Reference::new("EPSG:2154", None));
+        let context = egui::Context::default();
+        // What was copied once someone has done that, by the tape, and by the system's means.
+        let after = |events: Vec<egui::Event>| {
+            let size = egui::vec2(800.0, 600.0);
+            let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size));
+            let input = egui::RawInput { screen_rect, events, ..egui::RawInput::default() };
+            let mut said = None;
+            let mut output = context.run_ui(input, |ui| said = show(ui.ctx(), &tape, &reference));
+            output.textures_delta.clear();
+            let system =
+                output.platform_output.commands.into_iter().find_map(|command| match command {
+                    egui::OutputCommand::CopyText(text) => Some(text),
+                    _ => None,
+                });
+            assert_eq!(said, system);
+            system
+        };
+        // A hand goes over all of it.
+        let mut copied = std::collections::BTreeSet::new();
+        for x in (350..800).step_by(8) {
+            for y in (10..120).step_by(4) {
+                let pos = egui::pos2(x as f32, y as f32);
+                let button = |pressed| egui::Event::PointerButton {
+                    pos,
+                    button: egui::PointerButton::Primary,
+                    pressed,
+                    modifiers: egui::Modifiers::NONE,
+                };
+                after(vec![egui::Event::PointerMoved(pos)]);
+                after(vec![button(true)]);
+                copied.extend(after(vec![button(false)]));
+            }
+        }
+        let copied = Vec::from_iter(copied);
+        assert_eq!(copied.len(), 2, "{copied:?}");
+        assert!(copied[0].starts_with("48.84") && copied[0].contains(", 2.33"), "{copied:?}");
+        assert_eq!(copied[1], "651000.000, 6861000.000, 40.000");
     }
 
     #[test]
