@@ -300,6 +300,13 @@ fn one_goes_along_walls_and_to_photographs_that_see_a_place() {
     let away = (place[0] - x).hypot(place[1] - y);
     assert!((2.0..12.0).contains(&away) && (2.0..3.5).contains(&(z - place[2])), "{copied}");
     screen.act(&["mousemove", "40", "310", "click", "1"]);
+    let developed = window.logs("developed", "after choosing a photograph");
+    let side = |name: &str| developed[name].as_u64().expect("pixels");
+    assert!((100..=512).contains(&side("width")) && side("height") <= 234, "{developed}");
+    await_yellow(&screen);
+    // The button below it on the left.
+    let y = 180 + side("height") / 2 + 18;
+    screen.act(&["mousemove", "200", &y.to_string(), "click", "1"]);
     let photograph = window.stands("where a photograph was taken");
     assert!(off_the_way(&street, &photograph) < 1.0, "{photograph}");
     assert_ne!(position(&photograph), position(start));
@@ -406,6 +413,19 @@ fn await_change(screen: &Screen, before: &RgbImage) {
         assert!(Instant::now() < until, "nothing happens");
         std::thread::sleep(Duration::from_millis(50));
     }
+}
+
+/// Waits until a place is marked in a photograph.
+fn await_yellow(screen: &Screen) {
+    let until = Instant::now() + PATIENCE;
+    while !screen.picture().pixels().any(|pixel| pixel.0 == [255, 216, 74]) {
+        assert!(Instant::now() < until, "no mark");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    screen
+        .picture()
+        .save(Path::new(env!("CARGO_TARGET_TMPDIR")).join("view-photograph.png"))
+        .expect("writable");
 }
 
 /// Copies the coordinates on top of the tape, in the corner on the right; what the desktop has then.

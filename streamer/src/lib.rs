@@ -20,7 +20,7 @@ mod traffic;
 pub use cache::{CacheError, CacheOptions, CacheStatistics, DiskOptions, Rank, SegmentedLru};
 pub use choose::{ChosenNodes, Hierarchy, WantedNode, choose_nodes};
 pub use client::{Client, HierarchyEntry};
-pub use decode::SurveyedPoint;
+pub use decode::{Picture, SurveyedPoint};
 pub use error::StreamError;
 pub use event::{Event, Progress};
 pub use limits::FetchLimits;

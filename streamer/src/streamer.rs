@@ -11,7 +11,7 @@ use tokio::sync::mpsc;
 use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
 
 use crate::cache::{Cache, CacheOptions};
-use crate::decode::SurveyedPoint;
+use crate::decode::{Picture, SurveyedPoint};
 use crate::load::Loader;
 use crate::plan::Order;
 use crate::servers::Servers;
@@ -135,6 +135,20 @@ impl Streamer {
         id: &ImageId,
     ) -> Result<Option<Arc<ImageUpdate>>, StreamError> {
         session::photograph(&self.loader, panorama, id).await
+    }
+
+    /// The picture of a camera of `panorama`, by its index, whole as it is stored at a level, without its
+    /// mask. `None` where the panorama has no such camera. The receiver's holdings do not change.
+    ///
+    /// # Errors
+    /// Where the service fails, or sends what is no such picture.
+    pub async fn picture(
+        &self,
+        panorama: &Arc<Panorama>,
+        camera: usize,
+        level: u32,
+    ) -> Result<Option<Picture>, StreamError> {
+        session::picture(&self.loader, panorama, camera, level).await
     }
 
     /// The surveyed point that is nearest to `place` (world) and within `reach_m` metres of it, of the

@@ -33,8 +33,15 @@ pub(super) struct Measuring {
     asked: usize,
     /// Another one each time that the tape is taken up or put away.
     round: u64,
-    /// Where the photograph was taken that one wants to go to, and the place that it sees.
-    chosen: Option<[DVec3; 2]>,
+    /// The photograph that one wants to see.
+    chosen: Option<Chosen>,
+}
+
+/// A photograph of those that see a place.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Chosen {
+    pub(super) sight: StoredSight,
+    pub(super) place: DVec3,
 }
 
 impl Measuring {
@@ -108,12 +115,16 @@ impl Measuring {
     /// Someone chooses one of them.
     pub(super) fn choose(&mut self, index: usize) {
         let place = self.places.last().map(|marked| marked.place.position);
-        self.chosen =
-            self.sights().get(index).zip(place).map(|(sight, place)| [sight.centre, place]);
+        self.chosen = self
+            .sights()
+            .get(index)
+            .cloned()
+            .zip(place)
+            .map(|(sight, place)| Chosen { sight, place });
     }
 
     /// What was chosen since it was last asked.
-    pub(super) fn take_chosen(&mut self) -> Option<[DVec3; 2]> {
+    pub(super) fn take_chosen(&mut self) -> Option<Chosen> {
         self.chosen.take()
     }
 
@@ -186,7 +197,8 @@ mod tests {
         tape.learn(second, seen_from(DVec3::Y));
         assert!(tape.asks(), "of the first nothing is known");
         tape.choose(0);
-        assert_eq!(tape.take_chosen(), Some([DVec3::Y, DVec3::X * 2.0]));
+        let chosen = tape.take_chosen().map(|chosen| [chosen.sight.centre, chosen.place]);
+        assert_eq!(chosen, Some([DVec3::Y, DVec3::X * 2.0]));
         assert_eq!(tape.take_chosen(), None, "once");
         let third = tape.take(rounds[2], at(3.0)).expect("marked");
         tape.learn(first, seen_from(DVec3::Z));

@@ -6,6 +6,7 @@ mod measurement;
 mod measuring;
 mod opened;
 mod painter;
+mod photograph;
 mod place;
 mod pose;
 mod start;
@@ -124,6 +125,7 @@ pub(crate) async fn run(arguments: ViewArguments, context: &Context) -> Result<(
         proxy,
         stream_options,
         open: None,
+        photographs: 0,
         exit: None,
     };
     // Windows live on the main thread, and so does this.

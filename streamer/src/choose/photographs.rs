@@ -145,6 +145,24 @@ pub(crate) fn choose_photographs(
 type Photographs = Vec<(ImageId, PosedCamera, Option<usize>)>;
 
 impl WantedImage {
+    /// The stored image of a camera, by its index; `None` where `panorama` has no such camera.
+    pub(crate) fn of_camera(
+        panorama: &Arc<Panorama>,
+        camera: usize,
+    ) -> Result<Option<Self>, IdError> {
+        let photographs = stored_images(panorama)?.into_iter().nth(camera);
+        Ok(photographs.map(|photographs| Self {
+            panorama: Arc::clone(panorama),
+            camera,
+            photographs,
+            level: 0,
+            first_level: 0,
+            share_anywhere: 1.0,
+            share: 1.0,
+            lacking: Vec::new(),
+        }))
+    }
+
     /// The stored image that gives the photograph `id`, at its finest level, with that photograph
     /// alone; `None` where `panorama` has none of that name.
     pub(crate) fn finest(panorama: &Arc<Panorama>, id: &ImageId) -> Result<Option<Self>, IdError> {

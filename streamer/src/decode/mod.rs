@@ -16,7 +16,8 @@ mod workers;
 
 pub(crate) use cube::cube_face;
 pub(crate) use mask::{Mask, decode_mask};
-pub(crate) use picture::{Picture, decode_picture};
+pub use picture::Picture;
+pub(crate) use picture::decode_picture;
 pub(crate) use points::decode_points;
 pub(crate) use stations::Track;
 pub use surveyed::SurveyedPoint;

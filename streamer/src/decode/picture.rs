@@ -9,11 +9,12 @@ use super::{Mask, damaged};
 use crate::StreamError;
 
 /// A decoded photograph.
-pub(crate) struct Picture {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
     /// Size in pixels.
-    pub(crate) size: UVec2,
+    pub size: UVec2,
     /// Red, green and blue, rows from the top.
-    pub(crate) rgb: Vec<u8>,
+    pub rgb: Vec<u8>,
 }
 
 /// The photograph in `bytes`, which must be of `size`.

@@ -19,7 +19,7 @@ use tokio::sync::mpsc;
 
 use crate::StreamError;
 use crate::choose::WantedImage;
-use crate::decode::decoded;
+use crate::decode::{Picture, decode_picture, decoded};
 use crate::load::{Landed, Loader};
 use crate::plan::{BatchId, Part};
 use crate::survey::Target;
@@ -53,6 +53,23 @@ pub(crate) async fn photograph(
         SceneUpdate::Image(image) => Some(image),
         _ => None,
     }))
+}
+
+/// The picture of a camera of `panorama`, by its index, whole as it is stored at a level; `None` where
+/// there is no such camera.
+pub(crate) async fn picture(
+    loader: &Arc<Loader>,
+    panorama: &Arc<Panorama>,
+    camera: usize,
+    level: u32,
+) -> Result<Option<Picture>, StreamError> {
+    let Some(image) = WantedImage::of_camera(panorama, camera).map_err(|e| bad_id(&e))? else {
+        return Ok(None);
+    };
+    let (what, size) = (image.name(level), image.rig_camera().projection.level_size(level));
+    let part = Part::Image { panorama: panorama.id.as_str().into(), camera: camera as u16, level };
+    let decode = move |file: &[u8]| decode_picture(&what, file, size);
+    fetched(loader, part, Target::Image(image, level), decode).await.map(Some)
 }
 
 /// One part by itself, and what it means.

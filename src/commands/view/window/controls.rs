@@ -99,6 +99,7 @@ impl App {
             Stroke::Level => self.visitor.level(now),
             Stroke::Zoom(factor) => self.visitor.zoom(factor, middle, size),
             Stroke::Measure => panels.measuring.toggle(),
+            Stroke::Leave if panels.photograph.is_some() => panels.photograph = None,
             Stroke::Leave => {
                 panels.measuring.close();
                 panels.clear_message();

@@ -16,7 +16,7 @@ pub(super) const HELP: [(&str, &str); 15] = [
         "street, mesh, points, sources, uncertainty,\npoint colours, wireframe, depth, normals",
     ),
     ("M", "measure: two clicks give a distance"),
-    ("click a listed photograph", "go to where it was taken"),
+    ("click a listed photograph", "see it, go to where it was taken"),
     ("O or F1", "figures"),
     ("? or H", "this help; Esc leaves"),
     ("drop a scene", "open it"),

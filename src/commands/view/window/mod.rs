@@ -8,6 +8,7 @@ mod keys;
 mod layers;
 mod lead;
 mod panels;
+mod photograph;
 mod photographs;
 mod picture;
 mod pointer;
@@ -20,7 +21,7 @@ use std::time::{Duration, Instant};
 
 use flaneur_renderer::Mode;
 use flaneur_scene::Panorama;
-use flaneur_services::place::{Found, Record, look_up};
+use flaneur_services::place::{Found, Record, StoredSight, look_up};
 use flaneur_streamer::{StreamOptions, Streamer};
 use glam::{DVec2, DVec3, UVec2};
 use tokio_util::sync::CancellationToken;
@@ -34,6 +35,7 @@ use winit::window::{Window, WindowId};
 use super::buildings::Buildings;
 use super::opened::Opened;
 use super::painter::{News, Order, Painter, Shown, Wish};
+use super::photograph::{Photograph, develop};
 use super::pose::Pose;
 use super::surroundings::{SURROUNDINGS_M, Surroundings};
 use super::visitor::Visitor;
@@ -42,6 +44,7 @@ use crate::source::stream_exit;
 use figures::Facts;
 use lead::Lead;
 use panels::PanelState;
+use photograph::PhotographWindow;
 use pointer::Pointer;
 use screen::Screen;
 use tape::Reference;
@@ -61,6 +64,8 @@ pub(super) enum Told {
     Photograph(Result<Option<(Panorama, DVec3)>, Exit>),
     /// What is stored of a measured place, by its number.
     Stored(usize, Result<Record, Exit>),
+    /// A photograph to be seen, by the number of the question.
+    Developed(u64, Result<Box<Photograph>, Exit>),
     /// The houses around, by the number of the question; `None` where they could not be had.
     Surroundings(u64, Option<Buildings>),
     /// A scene was dropped onto it and opened.
@@ -91,6 +96,8 @@ pub(super) struct App {
     /// For scenes that are dropped onto the window.
     pub(super) stream_options: StreamOptions,
     pub(super) open: Option<Open>,
+    /// Photographs that were asked for.
+    pub(super) photographs: u64,
     /// Why it ended, where that is not because someone closed it.
     pub(super) exit: Option<Exit>,
 }
@@ -193,6 +200,7 @@ impl ApplicationHandler<Told> for App {
                 self.visitor.go(self.visitor.pose().at(centre), Instant::now());
             }
             Told::Stored(number, stored) => self.learn(number, stored),
+            Told::Developed(number, developed) => self.develop(number, developed),
             Told::Photograph(Ok(None)) => self.say("no photograph is near".to_owned()),
             Told::Surroundings(question, found) => {
                 self.surroundings.take(question, found, Instant::now());
@@ -275,15 +283,34 @@ impl App {
         let (panels, again) = open.panels.lay_out(&open.window, event_loop, &facts);
         open.screen.draw(&view, panels)?;
         let chosen = open.panels.measuring.take_chosen();
+        let destination = open.panels.destination.take();
         open.moves = moved;
         open.again_at = again.map(|delay| now + delay.max(PACE));
         open.drawn_at = now;
         open.drawing = now.elapsed();
-        if let Some([taken_at, place]) = chosen {
+        if let Some(chosen) = chosen {
+            self.photographs += 1;
+            let room = PhotographWindow::room(&open.screen);
+            self.scene.develop(self.photographs, chosen.sight.clone(), room, &self.proxy);
+            open.panels.photograph = Some(PhotographWindow::new(self.photographs, chosen));
+            open.wake();
+        }
+        if let Some([taken_at, place]) = destination {
             self.visitor.go(self.visitor.pose().at(taken_at).facing(place), Instant::now());
             open.wake();
         }
         Ok(())
+    }
+
+    /// A photograph that was chosen is there, or is not to be had.
+    fn develop(&mut self, number: u64, developed: Result<Box<Photograph>, Exit>) {
+        if let Ok(photograph) = &developed {
+            let [width, height] = photograph.image.dimensions().into();
+            tracing::debug!(width, height, "developed");
+        }
+        if let Some(open) = &mut self.open {
+            open.panels.take_photograph(number, developed.map(|photograph| *photograph));
+        }
     }
 
     fn show(&mut self, mut shown: Box<Shown>) {
@@ -323,6 +350,7 @@ impl App {
             open.screen.clear();
             open.window.set_title(&title(&self.scene.name));
             open.panels.measuring.close();
+            open.panels.photograph = None;
             open.panels.clear_message();
             open.shown = None;
         }
@@ -343,6 +371,15 @@ impl Scene {
         tokio::spawn(async move {
             let stored = look_up(&streamer, &found, usize::MAX).await.map_err(stream_exit);
             drop(proxy.send_event(Told::Stored(number, stored)));
+        });
+    }
+
+    /// Asks for a photograph that fits into `room` pixels.
+    fn develop(&self, number: u64, sight: StoredSight, room: UVec2, proxy: &EventLoopProxy<Told>) {
+        let (streamer, proxy) = (Arc::clone(&self.streamer), proxy.clone());
+        tokio::spawn(async move {
+            let developed = develop(&streamer, &sight, room).await.map(Box::new);
+            drop(proxy.send_event(Told::Developed(number, developed)));
         });
     }
 

@@ -3,15 +3,18 @@
 use std::time::{Duration, Instant};
 
 use egui::{Align2, Color32, RichText, TextStyle, TextWrapMode};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
 use super::figures::{Facts, figures};
 use super::help::{HELP, HINT};
+use super::photograph::{PhotographWindow, Wanted};
 use super::{photographs, ruler, screen, tape};
 use crate::commands::view::measuring::Measuring;
+use crate::commands::view::photograph::Photograph;
+use crate::exit::Exit;
 
 /// Margin of what stands at the window's borders, points.
 const MARGIN: f32 = 10.0;
@@ -36,6 +39,9 @@ pub(super) struct PanelState {
     /// Where Enter acts.
     pub(super) shows_reticle: bool,
     pub(super) measuring: Measuring,
+    pub(super) photograph: Option<PhotographWindow>,
+    /// Where to go from a photograph, and what to look at.
+    pub(super) destination: Option<[DVec3; 2]>,
     /// What went wrong, or is shown, and until when that stands.
     message: Option<(String, Instant)>,
 }
@@ -58,7 +64,16 @@ impl PanelState {
             shows_hint: true,
             shows_reticle: false,
             measuring: Measuring::default(),
+            photograph: None,
+            destination: None,
             message: None,
+        }
+    }
+
+    /// Takes the photograph that was asked for under a number.
+    pub(super) fn take_photograph(&mut self, number: u64, developed: Result<Photograph, Exit>) {
+        if let Some(window) = self.photograph.as_mut().filter(|window| window.number == number) {
+            window.take(&self.context, developed);
         }
     }
 
@@ -125,6 +140,13 @@ impl PanelState {
                 self.mention(format!("copied: {copied}"));
             }
             photographs::show(context, &mut self.measuring);
+        }
+        if let Some(wanted) = self.photograph.as_ref().and_then(|window| window.show(context)) {
+            self.photograph = None;
+            self.destination = match wanted {
+                Wanted::Close => None,
+                Wanted::Stand(destination) => Some(destination),
+            };
         }
         if self.shows_hint && !self.measuring.is_on() {
             label(context, "hint", Align2::LEFT_BOTTOM, HINT);
