@@ -44,7 +44,7 @@ pub(crate) struct ServeArguments {
     /// Address to listen on; port 0 is any free one
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878")]
     listen: SocketAddr,
-    /// Whose pages may call, besides the server's own, as in https://maps.example.org; * for all. May be
+    /// Whose pages may call, besides the server's own: scheme, host and port; * for all. May be
     /// given again
     #[arg(long, value_name = "ORIGIN")]
     allow_origin: Vec<Origin>,
