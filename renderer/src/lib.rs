@@ -23,6 +23,7 @@ mod history;
 mod infer;
 #[cfg(test)]
 mod kernel_tests;
+mod layers;
 mod lens;
 mod memory;
 mod mesh;

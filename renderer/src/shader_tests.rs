@@ -38,7 +38,7 @@ pub(crate) fn sources() -> Vec<(&'static str, String)> {
         ("blend", shade::BLEND_WGSL.to_owned()),
     ]
     .into_iter()
-    .chain(diffuse::sources())
+    .chain(diffuse::sources("rgba32float"))
     .chain(infer::sources())
     .chain(align::sources())
     .collect()
@@ -203,6 +203,8 @@ fn mirrors_have_the_layout_of_their_shaders() {
             [forward, focal, background, orthographic, size, mode, depth_test]
         );
     }
+    let [.., (_, coarse)] = diffuse::sources("rgba16float");
+    assert_mirrors!(coarse, "Coarse", diffuse::gpu_data::Coarse, [otherwise, first_left]);
     assert_mirrors!(
         rest::limit_wgsl(),
         "Rig",

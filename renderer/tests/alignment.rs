@@ -38,7 +38,7 @@ fn missed(street: &Street, off: DVec3, align: bool) -> f64 {
 
 fn street() -> Street {
     let blocks = vec![block([5.0, -20.0, 0.0], [9.0, 20.0, 9.0])];
-    Street { blocks, ..Street::with_pole(DVec3::ZERO) }
+    Street { blocks, spots: 0.5, ..Street::with_pole(DVec3::ZERO) }
 }
 
 /// What is shown twice, aside of itself, is shown once.

@@ -11,7 +11,7 @@
 use glam::{UVec2, Vec2};
 use wgpu::util::DeviceExt as _;
 
-use crate::diffuse::{DiffusePass, Levels, Near};
+use crate::diffuse::{DiffusePass, Layers, Levels};
 use crate::infer::Grid;
 use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass};
 use crate::surface::PLACE_WGSL;
@@ -23,6 +23,9 @@ mod tests;
 
 /// What every device can filter.
 const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
+/// What is inferred, the ground, and all surfaces, in the order of `Colours` in gather.wgsl.
+const LAYERS: Layers = Layers { whole: 2, near: 1 };
 
 /// The grid for a picture, of textures of at most `max_side`: colours need no finer one than twice
 /// that of depths, and a quarter of its cells is a quarter of the time.
@@ -47,22 +50,7 @@ pub(crate) struct CompletePass {
 #[derive(Debug)]
 struct Cells {
     grid: Grid,
-    inferred: Levels,
-    ground: Levels,
-    surfaces: Near,
-}
-
-impl Cells {
-    fn new(gpu: &Gpu, grid: Grid) -> Self {
-        let levels = || Levels::new(gpu, grid.cells, COLOUR_FORMAT);
-        let surfaces = Near::new(gpu, grid.cells, COLOUR_FORMAT);
-        Self { grid, inferred: levels(), ground: levels(), surfaces }
-    }
-
-    fn bytes(&self) -> u64 {
-        let surfaces = self.surfaces.bytes();
-        self.inferred.bytes() + self.ground.bytes() + surfaces
-    }
+    levels: Levels,
 }
 
 /// A picture that is to be completed.
@@ -78,13 +66,10 @@ pub(crate) struct Shown<'a> {
 /// Colours for what has none.
 #[derive(Clone, Debug)]
 pub(crate) struct Completion {
-    /// Of what is inferred: linear, of each cell; and 1, or 0 where there is no colour for any.
-    pub(crate) inferred: wgpu::TextureView,
-    /// Of the ground, likewise.
-    pub(crate) ground: wgpu::TextureView,
-    /// Of all surfaces: linear times a weight of 0 to 1, and that; 1 in cells where some have a colour,
-    /// less beside, 0 farther away.
-    pub(crate) surfaces: wgpu::TextureView,
+    /// Layers of linear colours of each cell, see [`LAYERS`]. Of what is inferred, and of the ground, with a 1, or
+    /// 0 where there is no colour for any. Of all surfaces, times a weight of 0 to 1, and that: 1 in cells
+    /// where some have a colour, less beside, 0 farther away.
+    pub(crate) colours: wgpu::TextureView,
     /// Pixels that the cells cover, a little more than the picture.
     pub(crate) spanned: Vec2,
 }
@@ -92,7 +77,12 @@ pub(crate) struct Completion {
 impl CompletePass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
         Self {
-            gather: screen_pass(gpu, "gather colours", &gather_wgsl(), &[COLOUR_FORMAT; 3]),
+            gather: screen_pass(
+                gpu,
+                "gather colours",
+                &gather_wgsl(),
+                &[COLOUR_FORMAT; LAYERS.count() as usize],
+            ),
             diffuse: DiffusePass::new(gpu, COLOUR_FORMAT),
             cells: None,
         }
@@ -100,13 +90,12 @@ impl CompletePass {
 
     /// What [`CompletePass::bytes`] is once a picture was drawn on `grid`.
     pub(crate) fn bytes_for(grid: Grid) -> u64 {
-        2 * Levels::bytes_for(grid.cells, COLOUR_FORMAT)
-            + Near::bytes_for(grid.cells, COLOUR_FORMAT)
+        Levels::bytes_for(grid.cells, LAYERS, COLOUR_FORMAT)
     }
 
     /// Bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
-        self.cells.as_ref().map_or(0, Cells::bytes)
+        self.cells.as_ref().map_or(0, |cells| cells.levels.bytes())
     }
 
     /// Gives its textures back, but where they are those of `grid`.
@@ -125,15 +114,13 @@ impl CompletePass {
         self.release_but(grid);
         let Some(grid) = grid else {
             // Something has to be bound: a cell of which nothing is known.
-            let nothing = Levels::new(gpu, UVec2::ONE, COLOUR_FORMAT).whole().clone();
-            return Completion {
-                inferred: nothing.clone(),
-                ground: nothing.clone(),
-                surfaces: nothing,
-                spanned: Vec2::ONE,
-            };
+            let nothing = Levels::new(gpu, UVec2::ONE, LAYERS, COLOUR_FORMAT);
+            return Completion { colours: nothing.diffused().clone(), spanned: Vec2::ONE };
         };
-        let cells = self.cells.get_or_insert_with(|| Cells::new(gpu, grid));
+        let cells = self.cells.get_or_insert_with(|| {
+            let levels = Levels::new(gpu, grid.cells, LAYERS, COLOUR_FORMAT);
+            Cells { grid, levels }
+        });
         let step = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("complete"),
             contents: bytemuck::bytes_of(&grid.step),
@@ -145,15 +132,11 @@ impl CompletePass {
             wgpu::BindingResource::TextureView(shown.orientations),
             wgpu::BindingResource::TextureView(shown.blended),
         ];
-        let gathered = [cells.inferred.known(), cells.ground.known(), cells.surfaces.known()];
+        let gathered: Vec<_> = cells.levels.known_layers().iter().collect();
         self.gather.draw(gpu, encoder, bindings, &gathered);
-        self.diffuse.draw(gpu, encoder, &cells.inferred, [0.0; 3]);
-        self.diffuse.draw(gpu, encoder, &cells.ground, [0.0; 3]);
-        self.diffuse.draw_near(gpu, encoder, &cells.surfaces);
+        self.diffuse.draw(gpu, encoder, &cells.levels, [0.0; 3]);
         Completion {
-            inferred: cells.inferred.whole().clone(),
-            ground: cells.ground.whole().clone(),
-            surfaces: cells.surfaces.spread().clone(),
+            colours: cells.levels.diffused().clone(),
             spanned: (grid.cells * grid.step).as_vec2(),
         }
     }

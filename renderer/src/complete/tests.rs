@@ -10,6 +10,7 @@ use crate::depths::SHOWS_MESH;
 use crate::infer::Grid;
 use crate::kernel_tests::channels::{Channels, orientation_words, record_words, texels};
 use crate::kernel_tests::{gpu, noise};
+use crate::layers::one_layer;
 use crate::reference::field::{Field, cells};
 use crate::tolerances::COMPLETED;
 
@@ -67,7 +68,7 @@ fn on_device(picture: &Field<Pixel>, grid: Grid) -> [Field<[f32; 4]>; 3] {
     let completion = pass.draw(gpu(), &mut encoder, Some(grid), shown);
     assert_eq!(completion.spanned, (grid.cells * grid.step).as_vec2());
     gpu().queue.submit([encoder.finish()]);
-    [&completion.inferred, &completion.ground, &completion.surfaces].map(texels)
+    [0, 1, 2].map(|layer| texels(&one_layer(completion.colours.texture(), layer)))
 }
 
 #[test]
@@ -138,7 +139,7 @@ fn bytes_are_known_before_they_are_taken() {
     for grid in [None, Grid::alone(PICTURE, 8192), None] {
         let mut encoder = gpu().device.create_command_encoder(&Default::default());
         let completion = pass.draw(gpu(), &mut encoder, grid, shown);
-        let size = completion.ground.texture().size();
+        let size = completion.colours.texture().size();
         assert_eq!(size.width > 1, grid.is_some());
         assert_eq!(pass.bytes(), grid.map_or(0, CompletePass::bytes_for));
     }

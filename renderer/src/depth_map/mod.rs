@@ -9,6 +9,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use flaneur_scene::{Bounds3, ImageId, PointNodeId};
 
 use crate::camera::gpu_data::Camera;
+use crate::layers::{all_layers, one_layer};
 use crate::mesh::{self, MeshPass, MeshStore};
 use crate::photographs::{Photograph, PhotographStore};
 use crate::points::{PointStore, Precedence};
@@ -134,18 +135,12 @@ impl DepthMaps {
 
     /// All layers of mesh depth, each before that of points that are still the mesh.
     pub(crate) fn mesh_view(&self) -> wgpu::TextureView {
-        self.textures.mesh.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2Array),
-            ..Default::default()
-        })
+        all_layers(&self.textures.mesh)
     }
 
     /// All layers of point depth.
     pub(crate) fn points_view(&self) -> wgpu::TextureView {
-        self.textures.points.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2Array),
-            ..Default::default()
-        })
+        all_layers(&self.textures.points)
     }
 
     pub(crate) fn forget(&mut self, id: &ImageId) {
@@ -343,24 +338,12 @@ impl Textures {
 
     /// Where mesh depth is drawn, and what is still the mesh.
     fn mesh_layers(&self, layer: usize) -> [wgpu::TextureView; 2] {
-        [0, 1].map(|which| {
-            self.mesh.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2),
-                base_array_layer: 2 * layer as u32 + which,
-                array_layer_count: Some(1),
-                ..Default::default()
-            })
-        })
+        [0, 1].map(|which| one_layer(&self.mesh, 2 * layer as u32 + which))
     }
 
     /// Leaves a layer without points: much quicker than to copy it from a scratch buffer without.
     fn empty(&self, encoder: &mut wgpu::CommandEncoder, layer: usize) {
-        let view = self.points.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2),
-            base_array_layer: layer as u32,
-            array_layer_count: Some(1),
-            ..Default::default()
-        });
+        let view = one_layer(&self.points, layer as u32);
         let nothing = wgpu::Color { r: f64::NAN, ..wgpu::Color::TRANSPARENT };
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("no points"),

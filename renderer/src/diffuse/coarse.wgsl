@@ -1,23 +1,33 @@
-// All of the pyramid from a level of few cells on, at once: the passes of pull.wgsl up to a single
-// cell, and those of push.wgsl back. FORMAT stands for that of the levels.
+// All of the pyramid from a level of few cells on, at once, a workgroup for each layer: the passes of
+// pull.wgsl up to a single cell, and those of push.wgsl back. FORMAT stands for that of the levels.
 
 // Most cells of that level; a row of them, and its halves, make less than twice as many.
 const CELLS: u32 = 512u;
 const THREADS: u32 = 64u;
 
-@group(0) @binding(0) var level: texture_2d<f32>;
-@group(0) @binding(1) var whole: texture_storage_2d<FORMAT, write>;
-// Where nothing is known, weight 0.
-@group(0) @binding(2) var<uniform> otherwise: vec4<f32>;
+struct Coarse {
+    // Where nothing is known; its weight is 0.
+    otherwise: vec3<f32>,
+    // The layer from which on nothing is filled.
+    first_left: u32,
+}
 
-// The levels, finest first: what is known, and then the same made whole.
+@group(0) @binding(0) var level: texture_2d_array<f32>;
+@group(0) @binding(1) var diffused: texture_storage_2d_array<FORMAT, write>;
+@group(0) @binding(2) var<uniform> given: Coarse;
+
+// The levels, finest first: what is known, and then the same diffused.
 var<workgroup> cells: array<vec4<f32>, 2u * CELLS>;
 
 @compute @workgroup_size(THREADS)
-fn main(@builtin(local_invocation_index) thread: u32) {
+fn main(
+    @builtin(local_invocation_index) thread: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+) {
+    let layer = group.x;
     let finest = textureDimensions(level);
     for (var i = thread; i < finest.x * finest.y; i += THREADS) {
-        cells[i] = textureLoad(level, vec2(i % finest.x, i / finest.x), 0);
+        cells[i] = textureLoad(level, vec2(i % finest.x, i / finest.x), layer, 0);
     }
     workgroupBarrier();
     // Of the level that is made, and of the next finer one.
@@ -35,9 +45,11 @@ fn main(@builtin(local_invocation_index) thread: u32) {
         finer_first = first;
         levels++;
     }
-    if thread == 0u {
+    let fills = layer < given.first_left;
+    if thread == 0u && fills {
         let known = cells[finer_first];
-        cells[finer_first] = select(otherwise, vec4(known.xyz / known.w, 1.0), known.w > 0.0);
+        let all = vec4(known.xyz / max(known.w, 1e-30), 1.0);
+        cells[finer_first] = select(vec4(given.otherwise, 0.0), all, known.w > 0.0);
     }
     workgroupBarrier();
     var coarser = finer;
@@ -49,14 +61,15 @@ fn main(@builtin(local_invocation_index) thread: u32) {
         for (var i = thread; i < size.x * size.y; i += THREADS) {
             let cell = vec2(i % size.x, i / size.x);
             let known = cells[first + i];
-            cells[first + i] = known + (1.0 - known.w) * between(cell, coarser, coarser_first);
+            let lacking = select(0.0, 1.0 - known.w, fills);
+            cells[first + i] = known + lacking * between(cell, coarser, coarser_first);
         }
         workgroupBarrier();
         coarser = size;
         coarser_first = first;
     }
     for (var i = thread; i < finest.x * finest.y; i += THREADS) {
-        textureStore(whole, vec2(i % finest.x, i / finest.x), cells[i]);
+        textureStore(diffused, vec2(i % finest.x, i / finest.x), layer, cells[i]);
     }
 }
 

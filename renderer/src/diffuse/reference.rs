@@ -6,14 +6,18 @@
 //! a level is made whole by what the coarser one has there: w v + (1 - w) u, where u interpolates
 //! the coarser level between the centres of its cells, and is constant beyond the outermost.
 //!
-//! What is to stay near goes up one level only, and is not made whole: u is w' v' there, and the same is done
-//! with the weights, so that they tell how much of it is known.
+//! What is to stay near goes up two levels only, and is left as it is there: u is w' v', and the same is done
+//! with the weights, so that they tell how much of a cell is known.
 
 use std::ops::{Add, Mul};
 
 use glam::UVec2;
 
 use crate::reference::field::{Field, cells};
+
+/// How many levels up goes what is to stay near: it comes as far as one to three times the cells of the
+/// last.
+pub(crate) const NEAR_LEVELS: usize = 2;
 
 /// What values can be averaged.
 pub(crate) trait Value:
@@ -53,20 +57,25 @@ pub(crate) fn diffused<T: Value>(known: &Field<Known<T>>, otherwise: T) -> Field
     })
 }
 
-/// What is known of every cell and, with less weight, of those beside: times its weight, and that. What a
+/// What is known of every cell and, with less weight, of those near it: times its weight, and that. What a
 /// cell lacks of a weight of 1 it takes from the next coarser level, as far as that has it.
 pub(crate) fn near<T: Value>(known: &Field<Known<T>>) -> (Field<T>, Field<f64>) {
-    let coarser = pulled(known);
-    let weighted = coarser.each(|known| known.value * known.weight);
-    let weights = coarser.each(|known| known.weight);
-    let beside = |cell: UVec2| (cell.as_dvec2() + 0.5) / 2.0;
+    up_to(known, NEAR_LEVELS)
+}
+
+fn up_to<T: Value>(known: &Field<Known<T>>, levels: usize) -> (Field<T>, Field<f64>) {
+    if levels == 0 {
+        return (known.each(|known| known.value * known.weight), known.each(|known| known.weight));
+    }
+    let (values, weights) = up_to(&pulled(known), levels - 1);
+    let there = |cell: UVec2| (cell.as_dvec2() + 0.5) / 2.0;
     let spread = Field::new(known.size, |cell| {
         let Known { value, weight } = known.at(cell);
-        value * weight + weighted.between(beside(cell)) * (1.0 - weight)
+        value * weight + values.between(there(cell)) * (1.0 - weight)
     });
     let weights = Field::new(known.size, |cell| {
         let weight = known.at(cell).weight;
-        weight + weights.between(beside(cell)) * (1.0 - weight)
+        weight + weights.between(there(cell)) * (1.0 - weight)
     });
     (spread, weights)
 }

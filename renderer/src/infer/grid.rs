@@ -2,7 +2,8 @@
 
 use glam::UVec2;
 
-use crate::diffuse::Levels;
+use crate::diffuse::{Layers, Levels};
+use crate::layers::{all_layers, one_layer};
 use crate::surface::POSITION_FORMAT;
 use crate::{Gpu, memory};
 
@@ -84,13 +85,18 @@ impl Grid {
     }
 }
 
+/// Inverse ranges alone are diffused.
+const DEPTHS: Layers = Layers { whole: 1, near: 0 };
+
 /// The textures of one grid, kept between frames.
 #[derive(Debug)]
 pub(super) struct Cells {
     pub(super) grid: Grid,
     pub(super) rays: wgpu::TextureView,
-    /// What is known of inverse ranges, and what that says of the others.
+    /// What is known of inverse ranges.
     pub(super) levels: Levels,
+    /// And what that says of the others.
+    pub(super) diffused: wgpu::TextureView,
     /// Where all hypotheses lie.
     pub(super) places: wgpu::TextureView,
     pub(super) sights: wgpu::TextureView,
@@ -107,7 +113,7 @@ impl Cells {
     pub(super) fn bytes_for(grid: Grid) -> u64 {
         let of = memory::of_texels;
         let inverse = |size| of(INVERSE_FORMAT, size, 1);
-        Levels::bytes_for(grid.cells, KNOWN_FORMAT)
+        Levels::bytes_for(grid.cells, DEPTHS, KNOWN_FORMAT)
             + of(RAY_FORMAT, grid.cells, 1)
             + of(POSITION_FORMAT, grid.tall(), 1)
             + of(SIGHT_FORMAT, grid.tall(), MAX_RIGS)
@@ -132,24 +138,15 @@ impl Cells {
         let texture = |size, layers, format| texture(gpu, size, layers, format);
         let view = |size, format| texture(size, 1, format).create_view(&Default::default());
         let sights = texture(grid.tall(), MAX_RIGS, SIGHT_FORMAT);
-        let of_rig = |rig| {
-            sights.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2),
-                base_array_layer: rig,
-                array_layer_count: Some(1),
-                ..Default::default()
-            })
-        };
+        let levels = Levels::new(gpu, grid.cells, DEPTHS, KNOWN_FORMAT);
         Self {
             grid,
             rays: view(grid.cells, RAY_FORMAT),
-            levels: Levels::new(gpu, grid.cells, KNOWN_FORMAT),
+            diffused: one_layer(levels.diffused().texture(), 0),
+            levels,
             places: view(grid.tall(), POSITION_FORMAT),
-            sights: sights.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2Array),
-                ..Default::default()
-            }),
-            sight_of_rig: (0..MAX_RIGS).map(of_rig).collect(),
+            sights: all_layers(&sights),
+            sight_of_rig: (0..MAX_RIGS).map(|rig| one_layer(&sights, rig)).collect(),
             ranks: view(grid.tall(), RANK_FORMAT),
             costs: [view(grid.packed(), COST_FORMAT), view(grid.packed(), COST_FORMAT)],
             chosen: view(grid.cells, INVERSE_FORMAT),

@@ -197,7 +197,7 @@ impl InferPass {
         let (cells, past) = (self.cells.as_ref()?, self.past.as_ref()?);
         Some(LastCells {
             rays: &cells.rays,
-            diffused: cells.levels.whole(),
+            diffused: &cells.diffused,
             sights: &cells.sight_of_rig,
             settled: &past.settled,
         })
@@ -259,10 +259,10 @@ impl InferPass {
         let texture = wgpu::BindingResource::TextureView;
 
         let seen = vec![inference.clone(), texture(&targets.geometry)];
-        self.gather.draw(gpu, encoder, seen, &[&cells.rays, cells.levels.known()]);
+        self.gather.draw(gpu, encoder, seen, &[&cells.rays, &cells.levels.known_layers()[0]]);
         // Without any geometry all is backdrop.
         self.diffuse.draw(gpu, encoder, &cells.levels, [backdrop, 0.0, 0.0]);
-        let bindings = vec![inference.clone(), texture(&cells.rays), texture(cells.levels.whole())];
+        let bindings = vec![inference.clone(), texture(&cells.rays), texture(&cells.diffused)];
         self.places.draw(gpu, encoder, bindings, &[&cells.places]);
         let shown = Shown { view, size: grid.tall(), positions: &cells.places };
         let asked = evidence.of_nearest(MAX_RIGS as usize);
@@ -293,13 +293,12 @@ impl InferPass {
             inference.clone(),
             texture(&cells.rays),
             texture(costs),
-            texture(cells.levels.whole()),
+            texture(&cells.diffused),
             before,
             texture(settled_before),
         ];
         self.choose.draw(gpu, encoder, bindings, &[&cells.chosen]);
-        let bindings =
-            vec![inference.clone(), texture(cells.levels.whole()), texture(&cells.chosen)];
+        let bindings = vec![inference.clone(), texture(&cells.diffused), texture(&cells.chosen)];
         self.settle.draw(gpu, encoder, bindings, &[settled]);
         let bindings = vec![inference, texture(&targets.geometry), texture(settled)];
         self.fill.draw(gpu, encoder, bindings, &[&targets.records.positions]);

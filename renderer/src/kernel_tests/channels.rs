@@ -5,6 +5,7 @@ use wgpu::util::DeviceExt as _;
 
 use super::{gpu, read};
 use crate::depths::SHOWS_MESH;
+use crate::layers::all_layers;
 use crate::reference::field::Field;
 use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass_with};
 use crate::surface::{ORIENTATION_FORMAT, POSITION_FORMAT};
@@ -144,10 +145,7 @@ pub(crate) fn layers(fields: &[Field<[f32; 2]>]) -> wgpu::TextureView {
         wgpu::util::TextureDataOrder::LayerMajor,
         bytemuck::cast_slice(&values),
     );
-    texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
-        ..Default::default()
-    })
+    all_layers(&texture)
 }
 
 /// The pass of that name among `sources`, with values for its override constants, into `N` channels

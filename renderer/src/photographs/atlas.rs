@@ -11,6 +11,7 @@ use wgpu::util::DeviceExt as _;
 
 use super::layout::{Layout, SIDES, level_size};
 pub(crate) use super::layout::{MAX_LOD, NoPlace, Place};
+use crate::layers::{all_layers, one_layer};
 use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass};
 use crate::{Gpu, SRGB_WGSL, memory};
 
@@ -54,15 +55,7 @@ impl Atlas {
 
     /// Views of all arrays, in the order of [`SIDES`].
     pub(crate) fn views(&self) -> Vec<wgpu::TextureView> {
-        self.textures
-            .iter()
-            .map(|texture| {
-                texture.create_view(&wgpu::TextureViewDescriptor {
-                    dimension: Some(wgpu::TextureViewDimension::D2Array),
-                    ..Default::default()
-                })
-            })
-            .collect()
+        self.textures.iter().map(all_layers).collect()
     }
 
     /// Stores a picture (sRGB with alpha, `4 · size.x · size.y` bytes) and makes its levels.
@@ -186,12 +179,7 @@ impl Atlas {
     }
 
     fn make_levels(&self, gpu: &Gpu, place: &Place) {
-        let layer = self.textures[place.array].create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2),
-            base_array_layer: place.layer,
-            array_layer_count: Some(1),
-            ..Default::default()
-        });
+        let layer = one_layer(&self.textures[place.array], place.layer);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         // A texture cannot be read and drawn into at once: each level is drawn apart and copied.
         let (mut source, mut source_corner) = (layer, place.corner);

@@ -16,15 +16,17 @@ struct Frame {
 @group(0) @binding(1) var positions: texture_2d<u32>;
 @group(0) @binding(2) var orientations: texture_2d<u32>;
 @group(0) @binding(3) var blended: texture_2d<f32>;
-// Linear, over the cells of a grid; and 1, or 0 where there is nothing to complete it by: for what is inferred, and
-// for the ground.
-@group(0) @binding(4) var inferred_around: texture_2d<f32>;
-@group(0) @binding(5) var ground_around: texture_2d<f32>;
-// For points, of the surfaces beside: linear times a weight of 0 to 1, and that.
-@group(0) @binding(6) var surfaces_around: texture_2d<f32>;
-@group(0) @binding(7) var filtering: sampler;
+// Linear, over the cells of a grid: a layer for what is inferred, and one for the ground, with a 1, or 0 where
+// there is nothing to complete it by; and one for points, of the surfaces near them, times a weight of 0 to 1, and
+// that.
+@group(0) @binding(4) var around: texture_2d_array<f32>;
+@group(0) @binding(5) var filtering: sampler;
 // Pixels that those cells cover.
-@group(0) @binding(8) var<uniform> spanned: vec2<f32>;
+@group(0) @binding(6) var<uniform> spanned: vec2<f32>;
+
+const OF_INFERRED: u32 = 0u;
+const OF_GROUND: u32 = 1u;
+const OF_SURFACES: u32 = 2u;
 
 // Modes, as `Mode` in settings.rs.
 const MODE_POINTS_COLOUR: u32 = 3u;
@@ -62,12 +64,11 @@ fn fs(corner: Corner) -> @location(0) vec4<f32> {
     var surface = SHOWS_NOTHING;
     let coloured = sum.w > 0.0;
     let cells = at * corner.per_spanned;
-    let of_inferred = textureSampleLevel(inferred_around, filtering, cells, 0.0);
-    let of_ground = textureSampleLevel(ground_around, filtering, cells, 0.0);
-    let of_surfaces = textureSampleLevel(surfaces_around, filtering, cells, 0.0);
+    let is_point = place.kind == SHOWS_POINT;
     let ground = is_ground(place.kind, place.code);
-    let around = select(of_inferred, of_ground, ground);
-    let has_colour = coloured || (around.w > 0.5 && (ground || place.kind == SHOWS_INFERRED));
+    let layer = select(select(OF_INFERRED, OF_GROUND, ground), OF_SURFACES, is_point);
+    let given = textureSampleLevel(around, filtering, cells, layer, 0.0);
+    let has_colour = coloured || (given.w > 0.5 && (ground || place.kind == SHOWS_INFERRED));
     // An inferred place without colour is none.
     if place.kind != SHOWS_NOTHING && (place.kind != SHOWS_INFERRED || has_colour) {
         surface = place.kind + select(0u, 1u, coloured);
@@ -82,10 +83,10 @@ fn fs(corner: Corner) -> @location(0) vec4<f32> {
             default: {
                 colour = own_colour(place);
                 if has_colour {
-                    colour = srgb_from_linear(select(around.rgb, sum.rgb / sum.w, coloured));
-                } else if place.kind == SHOWS_POINT {
-                    let own = (1.0 - of_surfaces.w) * linear_from_srgb(colour);
-                    colour = srgb_from_linear(of_surfaces.rgb + own);
+                    colour = srgb_from_linear(select(given.rgb, sum.rgb / sum.w, coloured));
+                } else if is_point {
+                    let own = (1.0 - given.w) * linear_from_srgb(colour);
+                    colour = srgb_from_linear(given.rgb + own);
                 }
             }
         }

@@ -299,9 +299,7 @@ impl ShadePass {
             wgpu::BindingResource::TextureView(&targets.records.positions),
             wgpu::BindingResource::TextureView(&targets.records.orientations),
             wgpu::BindingResource::TextureView(&targets.blended),
-            wgpu::BindingResource::TextureView(&completion.inferred),
-            wgpu::BindingResource::TextureView(&completion.ground),
-            wgpu::BindingResource::TextureView(&completion.surfaces),
+            wgpu::BindingResource::TextureView(&completion.colours),
             wgpu::BindingResource::Sampler(&self.filtering),
             spanned.as_entire_binding(),
         ];

@@ -30,6 +30,9 @@ pub struct Street {
     pub blocks: Vec<Block>,
     /// Half the side of the ground, metres; 0 for none.
     pub ground_m: f64,
+    /// Share by which spots of half a metre lighten and darken the colours, 0 to 1; those are smooth, so
+    /// that resampling them loses little.
+    pub spots: f64,
 }
 
 /// Where a ray ends.
@@ -55,7 +58,7 @@ impl Street {
             block([3.0, 1.0, 0.0], [3.3, 1.3, 6.0]),
             block([-9.0, 4.0, 0.0], [-5.0, 14.0, 7.0]),
         ];
-        Self { origin, blocks, ground_m: 30.0 }
+        Self { origin, blocks, ground_m: 30.0, spots: 0.0 }
     }
 
     /// The first surface that a ray from `from` (relative to the origin) meets.
@@ -89,12 +92,12 @@ impl Street {
         nearest
     }
 
-    /// Linear colour of a surface: smooth, so that resampling it loses little, and different
-    /// for each object.
+    /// Linear colour of a surface: smooth, but for the spots, and different for each object.
     pub fn paint(&self, hit: &Hit) -> DVec3 {
         let p = hit.position;
         let phase = hit.object as f64 * 2.1;
-        let wave = |a: f64, b: f64| 0.45 + 0.3 * (a + phase).sin() * (b - phase).cos();
+        let spots = 1.0 + self.spots * (9.0 * p.y + 3.0 * p.x).sin() * (7.0 * p.z).cos();
+        let wave = |a: f64, b: f64| spots * (0.45 + 0.3 * (a + phase).sin() * (b - phase).cos());
         DVec3::new(
             wave(1.9 * p.x + 2.3 * p.y, 1.7 * p.z),
             wave(2.9 * p.z, 1.3 * p.y - 0.9 * p.x),

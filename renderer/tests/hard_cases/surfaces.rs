@@ -45,7 +45,7 @@ fn a_view_along_a_wall() {
 #[test]
 fn two_surfaces_a_millimetre_apart() {
     for origin in [DVec3::ZERO, DVec3::new(651_000.3, 6_861_000.7, 41.9)] {
-        let street = Street { origin, blocks: vec![wall(6.0)], ground_m: 0.0 };
+        let street = Street { origin, blocks: vec![wall(6.0)], ground_m: 0.0, spots: 0.0 };
         let before = Street { blocks: vec![wall(5.999)], ..street.clone() };
         let mut sheet = before.mesh(&[0], 0.0);
         sheet.key.x = 1;
@@ -74,7 +74,7 @@ fn wall(x: f64) -> Block {
 fn coplanar_footprints() {
     let building = |x: i32, south: f64, north: f64, class: SurfaceClass| {
         let block = block([6.0, south, 0.0], [10.0, north, 9.0]);
-        let street = Street { origin: DVec3::ZERO, blocks: vec![block], ground_m: 0.0 };
+        let street = Street { origin: DVec3::ZERO, blocks: vec![block], ground_m: 0.0, spots: 0.0 };
         let mut tile = street.mesh(&[0], 0.0);
         tile.key.x = x;
         tile.vertices.iter_mut().for_each(|vertex| vertex.class = class);

@@ -23,7 +23,7 @@ fn with_alignment() -> Settings {
 /// Photographs of a street, each said to be some centimetres from its place, and a third rig
 /// farther away.
 fn updates(origin: DVec3) -> Vec<SceneUpdate> {
-    let street = Street::with_pole(origin);
+    let street = Street { spots: 0.5, ..Street::with_pole(origin) };
     let taken = |id: &str, at: [f64; 3], heading: f64, off: DVec3| {
         let camera = camera(origin, at, heading, 5.0, 75.0, UVec2::new(480, 360));
         let image = street.photograph(id, camera);
