@@ -151,16 +151,7 @@ impl WantedImage {
         camera: usize,
     ) -> Result<Option<Self>, IdError> {
         let photographs = stored_images(panorama)?.into_iter().nth(camera);
-        Ok(photographs.map(|photographs| Self {
-            panorama: Arc::clone(panorama),
-            camera,
-            photographs,
-            level: 0,
-            first_level: 0,
-            share_anywhere: 1.0,
-            share: 1.0,
-            lacking: Vec::new(),
-        }))
+        Ok(photographs.map(|photographs| Self::alone(panorama, camera, photographs)))
     }
 
     /// The stored image that gives the photograph `id`, at its finest level, with that photograph
@@ -169,18 +160,22 @@ impl WantedImage {
         let mut stored = stored_images(panorama)?.into_iter().enumerate();
         Ok(stored.find_map(|(camera, mut photographs)| {
             photographs.retain(|(of_image, ..)| of_image == id);
-            let panorama = Arc::clone(panorama);
-            (!photographs.is_empty()).then_some(Self {
-                panorama,
-                camera,
-                photographs,
-                level: 0,
-                first_level: 0,
-                share_anywhere: 1.0,
-                share: 1.0,
-                lacking: Vec::new(),
-            })
+            (!photographs.is_empty()).then(|| Self::alone(panorama, camera, photographs))
         }))
+    }
+
+    /// The image of a camera at its finest level, wanted for itself, whatever a view shows of it.
+    fn alone(panorama: &Arc<Panorama>, camera: usize, photographs: Photographs) -> Self {
+        Self {
+            panorama: Arc::clone(panorama),
+            camera,
+            photographs,
+            level: 0,
+            first_level: 0,
+            share_anywhere: 1.0,
+            share: 1.0,
+            lacking: Vec::new(),
+        }
     }
 }
 
