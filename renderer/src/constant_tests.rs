@@ -2,6 +2,8 @@
 //!
 //! The host's is their home, with its reason: that of the reference, where there is one.
 
+use flaneur_scene::SurfaceClass;
+
 use crate::Surface;
 use crate::mesh::reference::NO_MESH_M;
 use crate::shader_tests::sources;
@@ -30,6 +32,7 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("SHOWS_POINT", depths::SHOWS_POINT.into()),
         // Without colour it has the code of its kind.
         ("SHOWS_INFERRED", f64::from(Surface::Completed as u8)),
+        ("GROUND", f64::from(SurfaceClass::Ground as u32)),
         ("LEAST_COSINE", splat::reference::LEAST_COSINE),
         ("BLOCK_POINTS", points::BLOCK_POINTS as f64),
     ];
