@@ -136,9 +136,7 @@ impl PanelState {
         }
         if self.measuring.is_on() {
             context.set_cursor_icon(egui::CursorIcon::Crosshair);
-            if let Some(copied) = tape::show(context, &self.measuring, facts.reference) {
-                self.mention(format!("copied: {copied}"));
-            }
+            tape::show(context, &self.measuring, facts.reference);
             photographs::show(context, &mut self.measuring);
         }
         if let Some(wanted) = self.photograph.as_ref().and_then(|window| window.show(context)) {
@@ -153,6 +151,9 @@ impl PanelState {
         }
         if let Some(loading) = facts.loading() {
             label(context, "loading", Align2::RIGHT_BOTTOM, &loading);
+        }
+        if let Some(copied) = copied(context) {
+            self.mention(format!("copied: {copied}"));
         }
         let now = Instant::now();
         self.message.take_if(|(_, until)| *until <= now);
@@ -231,6 +232,15 @@ fn show_help(context: &egui::Context, open: &mut bool) {
             }
         });
     });
+}
+
+/// What a panel has copied since they began to be laid out.
+pub(super) fn copied(context: &egui::Context) -> Option<String> {
+    let text = |command: &egui::OutputCommand| match command {
+        egui::OutputCommand::CopyText(text) => Some(text.clone()),
+        _ => None,
+    };
+    context.output(|output| output.commands.iter().find_map(text))
 }
 
 /// What grows with its lines up to `highest` points, and is scrolled from there on.

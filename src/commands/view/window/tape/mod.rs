@@ -47,36 +47,28 @@ enum Line {
     Note(String),
 }
 
-/// Shows it in a corner, above where one clicks: the ground is below. What someone copies of it.
-pub(super) fn show(
-    context: &egui::Context,
-    measuring: &Measuring,
-    reference: &Reference,
-) -> Option<String> {
+/// Shows it in a corner, above where one clicks: the ground is below.
+pub(super) fn show(context: &egui::Context, measuring: &Measuring, reference: &Reference) {
     let side = Align2::RIGHT_TOP;
     let highest = SHARE * context.content_rect().height();
     let area = egui::Area::new(egui::Id::unique("tape")).anchor(side, inward(side));
-    let shown = area.show(context, |ui| {
-        let framed = egui::Frame::popup(ui.style()).show(ui, |ui| {
+    area.show(context, |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
             // What is worth copying has a button for it.
             ui.style_mut().interaction.selectable_labels = false;
             panels::list(highest).show(ui, |ui| {
                 ui.set_max_width(NAMES + WIDTH);
-                let mut copied = None;
                 for line in lines(measuring, reference) {
-                    copied = write(ui, &line).or(copied);
+                    write(ui, &line);
                 }
-                copied
-            })
+            });
         });
-        framed.inner.inner
     });
-    shown.inner
 }
 
-/// Writes a line; what someone copies of it.
-fn write(ui: &mut egui::Ui, line: &Line) -> Option<String> {
+/// Writes a line.
+fn write(ui: &mut egui::Ui, line: &Line) {
     let wrapped = |text| egui::Label::new(text).wrap_mode(TextWrapMode::Wrap);
     let letters = |text: &str| RichText::new(text).size(LETTERS);
     let faint = |text: &str| RichText::new(text).size(SMALL).color(FAINT);
@@ -97,11 +89,9 @@ fn write(ui: &mut egui::Ui, line: &Line) -> Option<String> {
             });
             if button.clicked() {
                 ui.ctx().copy_text(text.clone());
-                return Some(text.clone());
             }
         }
     }
-    None
 }
 
 /// Something beside its name.
@@ -292,21 +282,18 @@ mod tests {
         let (tape, reference) =
             (marked(place, Record::default()), Reference::new("EPSG:2154", None));
         let context = egui::Context::default();
-        // What was copied once someone has done that, by the tape, and by the system's means.
+        // What is copied where someone does that.
         let after = |events: Vec<egui::Event>| {
             let size = egui::vec2(800.0, 600.0);
             let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size));
             let input = egui::RawInput { screen_rect, events, ..egui::RawInput::default() };
-            let mut said = None;
-            let mut output = context.run_ui(input, |ui| said = show(ui.ctx(), &tape, &reference));
+            let mut copied = None;
+            let mut output = context.run_ui(input, |ui| {
+                show(ui.ctx(), &tape, &reference);
+                copied = panels::copied(ui.ctx());
+            });
             output.textures_delta.clear();
-            let system =
-                output.platform_output.commands.into_iter().find_map(|command| match command {
-                    egui::OutputCommand::CopyText(text) => Some(text),
-                    _ => None,
-                });
-            assert_eq!(said, system);
-            system
+            copied
         };
         // A hand goes over all of it.
         let mut copied = std::collections::BTreeSet::new();
