@@ -52,11 +52,12 @@ pub(crate) fn set_up(arguments: &LoggingArguments, level: LevelFilter, console: 
 }
 
 /// What is `wanted` of Flaneur's own crates, and warnings of all others: some of them log every line that they
-/// compile. What is `set` goes before.
+/// compile. The clipboard is not heard: its thread complains of a display that has ended, which that says itself, and
+/// what cannot be copied its callers log. What is `set` goes before.
 fn filter(wanted: LevelFilter, set: Option<&str>) -> EnvFilter {
     match set.filter(|set| !set.trim().is_empty()) {
         Some(set) => EnvFilter::builder().parse_lossy(set),
-        None => EnvFilter::new(format!("{},flaneur={wanted}", LevelFilter::WARN)),
+        None => EnvFilter::new(format!("{},arboard=off,flaneur={wanted}", LevelFilter::WARN)),
     }
 }
 
@@ -100,10 +101,15 @@ mod tests {
             assert!(enabled!(target: "flaneur_streamer::load", Level::TRACE));
             assert!(enabled!(target: "naga::front", Level::WARN));
             assert!(!enabled!(target: "naga::front", Level::INFO));
+            assert!(!enabled!(target: "arboard::platform::linux", Level::ERROR));
+            assert!(enabled!(target: "egui_winit::clipboard", Level::ERROR));
         });
         within(Some("naga=debug"), || {
             assert!(enabled!(target: "naga::back", Level::DEBUG));
             assert!(!enabled!(target: "flaneur::commands", Level::TRACE));
+        });
+        within(Some("warn"), || {
+            assert!(enabled!(target: "arboard::platform::linux", Level::ERROR));
         });
     }
 }
