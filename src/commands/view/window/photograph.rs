@@ -73,11 +73,12 @@ impl PhotographWindow {
             .pivot(Align2::CENTER_CENTER)
             .default_pos(context.content_rect().center());
         window.show(context, |ui| {
-            match &self.content {
+            // What is below it may be wider.
+            ui.vertical_centered(|ui| match &self.content {
                 Content::Asked => _ = ui.label("Loading ..."),
                 Content::Failed(reason) => _ = ui.label(reason),
                 Content::Shown(texture, mark) => show_marked(ui, texture, *mark),
-            }
+            });
             ui.horizontal(|ui| {
                 if ui.button("Go to where it was taken").clicked() {
                     wanted = Some(Wanted::Stand([*centre, *place]));
@@ -100,4 +101,50 @@ fn show_marked(ui: &mut egui::Ui, texture: &TextureHandle, mark: [f32; 2]) {
     let at = area.min + egui::Vec2::from(mark) * area.size();
     painter.circle_stroke(at, RING, Stroke::new(4.0, Color32::from_black_alpha(160)));
     painter.circle_stroke(at, RING, Stroke::new(2.0, Color32::from_rgb(255, 216, 74)));
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+    use image::RgbImage;
+
+    use super::*;
+
+    #[test]
+    fn a_photograph_is_in_the_middle_of_its_window() {
+        for [width, height] in [[120, 200], [312, 312], [700, 200]] {
+            let context = egui::Context::default();
+            let sight = StoredSight {
+                panorama: "7".to_owned(),
+                camera: "left".to_owned(),
+                time: Some("2024-05-14T09:06:41Z".to_owned()),
+                centre: DVec3::ZERO,
+                pixel: DVec2::ZERO,
+                distance_m: 12.0,
+                share: 1.0,
+            };
+            let mut window = PhotographWindow::new(0, Chosen { sight, place: DVec3::Y });
+            let draw = |window: &PhotographWindow| {
+                let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(900.0, 480.0));
+                let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+                let mut output = context.run_ui(input, |ui| _ = window.show(ui.ctx()));
+                output.textures_delta.clear();
+                output.shapes
+            };
+            draw(&window);
+            let image = RgbImage::new(width, height);
+            window.take(&context, Ok(Photograph { image, mark: DVec2::splat(0.5) }));
+            (0..3).for_each(|_| _ = draw(&window));
+            // The mark is in the photograph's middle.
+            let middle = draw(&window).into_iter().find_map(|clipped| match clipped.shape {
+                egui::Shape::Circle(circle) => Some(circle.center),
+                _ => None,
+            });
+            let middle = middle.expect("a mark");
+            let layer = context.layer_id_at(middle).expect("a window");
+            let area = context.memory(|memory| memory.area_rect(layer.id)).expect("a window");
+            assert!((middle.x - area.center().x).abs() < 1.0, "{width}: {middle} in {area}");
+            assert!(area.width() >= width as f32, "{width}: {area}");
+        }
+    }
 }
