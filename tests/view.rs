@@ -378,6 +378,42 @@ fn off_the_way(street: &SampleStreet, view: &str) -> f64 {
     distances.fold(f64::INFINITY, f64::min)
 }
 
+/// Who sees nothing of the street is led back to where a visit begins; who looks at the sky over it is not.
+#[test]
+fn who_sees_nothing_of_the_street_is_led_back() {
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let street = runtime.block_on(SampleStreet::ingested("view-astray"));
+    let darkroom = Darkroom { store: street.store.clone() };
+    let screen = Screen::start([800, 600]);
+    let away = "651487.5,6861042.9,4044.2,35,0";
+    let window = Window::open(text(&street.store), away, &screen);
+    screen.focus("sample - Flaneur");
+    screen.act(&["key", "Escape"]);
+    assert_eq!(position(&window.stands("at first")), position(away));
+    // Words and a button in the middle, before a background of one colour.
+    let nothing = darkroom.picture(away, "hybrid");
+    let until = Instant::now() + PATIENCE;
+    while difference(&middle(&window_of(&screen.picture())), &middle(&nothing)) < DIFFERENT {
+        assert!(Instant::now() < until, "nobody says so");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    screen.act(&["mousemove", "320", "195", "click", "1"]);
+    let back = window.stands("when led back");
+    assert!(off_the_way(&street, &back) < 1.0, "{back}");
+    await_picture(&screen, &darkroom.picture(&back, "hybrid"), "the street");
+    screen.act(&["keydown", "Prior"]);
+    std::thread::sleep(Duration::from_secs(2));
+    screen.act(&["keyup", "Prior"]);
+    let sky = window.stands("with one's head in the neck");
+    assert!(sky.ends_with(",90.000"), "{sky}");
+    await_picture(&screen, &darkroom.picture(&sky, "hybrid"), "the sky");
+}
+
+/// Where words are that stand in the middle.
+fn middle(picture: &RgbImage) -> RgbImage {
+    image::imageops::crop_imm(picture, 200, 150, 240, 60).to_image()
+}
+
 #[test]
 fn without_a_display_it_says_so_after_what_is_wrong_with_the_source() {
     let runtime = tokio::runtime::Runtime::new().expect("a runtime");

@@ -6,6 +6,7 @@
 //! - [`crs`] knows where grid north lies,
 //! - [`store`] finds scenes and their objects behind a URL,
 //! - [`place`] is what a survey has stored of a place that a picture shows,
+//! - [`shares`] says how much of a picture shows nothing of a survey,
 //! - [`gps_time`] knows when in UTC it was measured,
 //! - [`grpc`] answers the data services over a store,
 //! - [`render`] answers the render service, a client of the data services.
@@ -21,4 +22,5 @@ mod page;
 pub mod picture;
 pub mod place;
 pub mod render;
+pub mod shares;
 pub mod store;

@@ -1,12 +1,12 @@
 //! A painted frame as a message.
 
 use flaneur_proto::v1;
-use flaneur_renderer::FrameStats;
 use tokio::time::Instant;
 use tonic::Status;
 
 use super::stage::Painted;
 use crate::grpc::MAX_MESSAGE_BYTES;
+use crate::shares::Shares;
 
 /// Quality of JPEG of a frame that stays.
 pub(super) const FINAL_QUALITY: u8 = 90;
@@ -28,7 +28,7 @@ pub(super) async fn encoded(painted: Painted, passing: u8) -> Result<Encoded, St
         let began = Instant::now();
         let Painted { frame, wanted, wish, finished, took, .. } = painted;
         let format = wish.format(if finished { FINAL_QUALITY } else { passing });
-        let [unsurveyed_share, blank_share] = shares_without(&frame.stats);
+        let shares = Shares::of(&frame.stats);
         let image = format.encode(&frame).map_err(|e| Status::out_of_range(e.to_string()))?;
         if image.len() > MAX_MESSAGE_BYTES {
             let problem = format!(
@@ -45,8 +45,8 @@ pub(super) async fn encoded(painted: Painted, passing: u8) -> Result<Encoded, St
             image: image.into(),
             r#final: finished,
             render_ms: took.as_secs_f64() * 1e3,
-            unsurveyed_share,
-            blank_share,
+            unsurveyed_share: shares.unsurveyed,
+            blank_share: shares.blank,
             encode_ms: began.elapsed().as_secs_f64() * 1e3,
             ..v1::Frame::default()
         };
@@ -54,29 +54,4 @@ pub(super) async fn encoded(painted: Painted, passing: u8) -> Result<Encoded, St
     };
     let failed = |_| Status::internal("the picture could not be encoded");
     tokio::task::spawn_blocking(encode).await.map_err(failed)?
-}
-
-/// The shares of a picture's pixels without geometry, and without anything at all.
-fn shares_without(stats: &FrameStats) -> [f64; 2] {
-    let unsurveyed = stats.pixels.saturating_sub(stats.geometry_pixels);
-    let blank = unsurveyed.saturating_sub(stats.inferred_pixels + stats.completed_pixels);
-    [unsurveyed, blank].map(|pixels| pixels as f64 / stats.pixels.max(1) as f64)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_inferred_is_not_surveyed_but_not_blank_either() {
-        let stats = FrameStats {
-            pixels: 100,
-            geometry_pixels: 60,
-            inferred_pixels: 20,
-            completed_pixels: 10,
-            ..FrameStats::default()
-        };
-        assert_eq!(shares_without(&stats), [0.4, 0.1]);
-        assert_eq!(shares_without(&FrameStats::default()), [0.0, 0.0]);
-    }
 }

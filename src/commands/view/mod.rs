@@ -1,5 +1,6 @@
 //! `flaneur view`: a scene in a window, to walk about in.
 
+mod astray;
 mod buildings;
 mod ground;
 mod measurement;
@@ -94,6 +95,7 @@ pub(crate) async fn run(arguments: ViewArguments, context: &Context) -> Result<(
     let event_loop = window::event_loop()?;
     let proxy = event_loop.create_proxy();
     let gpu = tokio::task::spawn_blocking(Gpu::new).await??;
+    let scene = Scene::of(&opened);
     if let Some(viewpoint) = arguments.view {
         let (heading, pitch) = viewpoint.angles();
         opened.start = Pose::new(viewpoint.eye(), heading, pitch, fov_y);
@@ -108,7 +110,6 @@ pub(crate) async fn run(arguments: ViewArguments, context: &Context) -> Result<(
     };
     let adapter = gpu.adapter_name().to_owned();
     let visitor = Visitor::new(opened.start, Instant::now());
-    let scene = Scene::of(&opened);
     let told = proxy.clone();
     let painter = Painter::start(gpu, opened, options, move |news| {
         // A window that has closed is told nothing.

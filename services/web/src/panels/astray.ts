@@ -33,7 +33,10 @@ export class Astray {
   }
 }
 
-/** Whether a picture shows next to nothing of a scene; who stands in a street may look at the sky. */
+/**
+ * Whether a picture shows next to nothing of a scene; who stands in a street may look at the sky. The
+ * window has the same rule, and both are tested with astray.cases.json.
+ */
 export function isAstray(
   frame: Pick<Frame, "view" | "unsurveyedShare" | "blankShare">,
   scene: Pick<Scene, "bounds">,

@@ -94,6 +94,7 @@ impl App {
         // Where Enter acts is shown to those who use it.
         panels.shows_reticle |= matches!(stroke, Stroke::Act | Stroke::Measure);
         match stroke {
+            Stroke::Act if panels.is_astray => self.lead_back(),
             Stroke::Act => self.click(middle, false),
             Stroke::NearestPhotograph => self.find_photograph(self.visitor.pose().eye),
             Stroke::Level => self.visitor.level(now),

@@ -1,5 +1,6 @@
 //! The window: what people do to it, in; pictures, out.
 
+mod astray;
 mod clicks;
 mod controls;
 mod figures;
@@ -20,8 +21,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use flaneur_renderer::Mode;
-use flaneur_scene::Panorama;
+use flaneur_scene::{Bounds3, Panorama};
 use flaneur_services::place::{Found, Record, StoredSight, look_up};
+use flaneur_services::shares::Shares;
 use flaneur_streamer::{StreamOptions, Streamer};
 use glam::{DVec2, DVec3, UVec2};
 use tokio_util::sync::CancellationToken;
@@ -32,6 +34,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::keyboard::ModifiersState;
 use winit::window::{Window, WindowId};
 
+use super::astray::is_astray;
 use super::buildings::Buildings;
 use super::opened::Opened;
 use super::painter::{News, Order, Painter, Shown, Wish};
@@ -79,6 +82,9 @@ pub(super) struct Scene {
     /// It looks at nothing itself: for what is asked beside the painter's.
     pub(super) streamer: Arc<Streamer>,
     pub(super) name: String,
+    pub(super) bounds: Bounds3,
+    /// Where one is led back to.
+    pub(super) home: Pose,
     pub(super) reference: Reference,
 }
 
@@ -284,6 +290,7 @@ impl App {
         open.screen.draw(&view, panels)?;
         let chosen = open.panels.measuring.take_chosen();
         let destination = open.panels.destination.take();
+        let leads_back = std::mem::take(&mut open.panels.leads_back);
         open.moves = moved;
         open.again_at = again.map(|delay| now + delay.max(PACE));
         open.drawn_at = now;
@@ -299,6 +306,9 @@ impl App {
             self.visitor.go(self.visitor.pose().at(taken_at).facing(place), Instant::now());
             open.wake();
         }
+        if leads_back {
+            self.lead_back();
+        }
         Ok(())
     }
 
@@ -313,8 +323,21 @@ impl App {
         }
     }
 
+    /// Nothing of the scene is in sight, and someone wants to be where there is.
+    fn lead_back(&mut self) {
+        self.visitor.go(self.scene.home, Instant::now());
+        if let Some(open) = &mut self.open {
+            open.wake();
+        }
+    }
+
     fn show(&mut self, mut shown: Box<Shown>) {
         let Some(open) = &mut self.open else { return };
+        let astray = is_astray(Shares::of(&shown.stats), shown.view.eye(), &self.scene.bounds);
+        // What is still loading may come into sight; what is there already has.
+        if shown.is_final || !astray {
+            open.panels.is_astray = astray;
+        }
         if !shown.is_final {
             open.lead.took(shown.took);
         }
@@ -351,6 +374,7 @@ impl App {
             open.window.set_title(&title(&self.scene.name));
             open.panels.measuring.close();
             open.panels.photograph = None;
+            open.panels.is_astray = false;
             open.panels.clear_message();
             open.shown = None;
         }
@@ -362,7 +386,13 @@ impl Scene {
     pub(super) fn of(opened: &Opened) -> Self {
         let info = opened.streamer.info();
         let streamer = Arc::new(opened.streamer.beside());
-        Self { streamer, name: info.name.clone(), reference: Reference::of(info) }
+        Self {
+            streamer,
+            name: info.name.clone(),
+            bounds: info.bounds,
+            home: opened.start,
+            reference: Reference::of(info),
+        }
     }
 
     /// Asks what is stored of the place that was marked as `number`.

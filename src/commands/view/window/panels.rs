@@ -11,7 +11,7 @@ use winit::window::Window;
 use super::figures::{Facts, figures};
 use super::help::{HELP, HINT};
 use super::photograph::{PhotographWindow, Wanted};
-use super::{photographs, ruler, screen, tape};
+use super::{astray, photographs, ruler, screen, tape};
 use crate::commands::view::measuring::Measuring;
 use crate::commands::view::photograph::Photograph;
 use crate::exit::Exit;
@@ -42,6 +42,10 @@ pub(super) struct PanelState {
     pub(super) photograph: Option<PhotographWindow>,
     /// Where to go from a photograph, and what to look at.
     pub(super) destination: Option<[DVec3; 2]>,
+    /// Nothing of the scene is in sight.
+    pub(super) is_astray: bool,
+    /// Someone wants to be led back to where there is.
+    pub(super) leads_back: bool,
     /// What went wrong, or is shown, and until when that stands.
     message: Option<(String, Instant)>,
 }
@@ -66,6 +70,8 @@ impl PanelState {
             measuring: Measuring::default(),
             photograph: None,
             destination: None,
+            is_astray: false,
+            leads_back: false,
             message: None,
         }
     }
@@ -146,6 +152,7 @@ impl PanelState {
                 Wanted::Stand(destination) => Some(destination),
             };
         }
+        self.leads_back = self.is_astray && astray::show(context);
         if self.shows_hint && !self.measuring.is_on() {
             label(context, "hint", Align2::LEFT_BOTTOM, HINT);
         }
