@@ -29,7 +29,7 @@ impl Facts<'_> {
         match self.shown {
             None => Some(format!("opening {}", self.scene)),
             Some(shown) if shown.remaining > 0 && !shown.is_final => {
-                Some(format!("loading: {} parts to come", shown.remaining))
+                Some(format!("loading: {} to come", parts(shown.remaining)))
             }
             Some(_) => None,
         }
@@ -96,6 +96,10 @@ fn count(number: u64) -> String {
     text
 }
 
+fn parts(number: u64) -> String {
+    format!("{} {}", count(number), if number == 1 { "part" } else { "parts" })
+}
+
 fn bytes(number: u64) -> String {
     format!("{:.1} MB", number as f64 / 1e6)
 }
@@ -108,6 +112,7 @@ mod tests {
     fn numbers_are_written_to_be_read() {
         let counts = [0, 999, 1000, 1_234_567].map(count);
         assert_eq!(counts, ["0", "999", "1 000", "1 234 567"]);
+        assert_eq!([1, 2].map(parts), ["1 part", "2 parts"]);
         assert_eq!(bytes(12_345_678), "12.3 MB");
         assert_eq!(milliseconds(Duration::from_micros(16_660)), "16.7 ms");
     }
