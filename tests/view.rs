@@ -299,6 +299,20 @@ fn one_goes_along_walls_and_to_photographs_that_see_a_place() {
     let [x, y, z] = position(start);
     let away = (place[0] - x).hypot(place[1] - y);
     assert!((2.0..12.0).contains(&away) && (2.0..3.5).contains(&(z - place[2])), "{copied}");
+    // Who copies with the keyboard measures nothing in the middle by that.
+    for key in ["Tab", "Return", "Tab", "Return"] {
+        screen.act(&["key", key]);
+        std::thread::sleep(Duration::from_millis(300));
+    }
+    let until = Instant::now() + PATIENCE;
+    while screen.clipboard() == copied {
+        assert!(Instant::now() < until, "nothing else was copied");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    std::thread::sleep(Duration::from_secs(1));
+    let also: Vec<Value> = window.lines.try_iter().collect();
+    assert!(also.iter().all(|line| line["message"] != "measured"), "{also:?}");
+    screen.act(&["key", "Escape"]);
     screen.act(&["mousemove", "40", "310", "click", "1"]);
     let developed = window.logs("developed", "after choosing a photograph");
     let side = |name: &str| developed[name].as_u64().expect("pixels");

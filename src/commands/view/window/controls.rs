@@ -6,7 +6,7 @@ use glam::DVec2;
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::PhysicalKey;
 
-use super::keys::{Stroke, ZOOM, step, stroke};
+use super::keys::{Stroke, ZOOM, is_for_buttons, step, stroke};
 use super::{App, layers};
 
 /// So many pixels of a touchpad are a notch of a wheel.
@@ -67,6 +67,10 @@ impl App {
         let PhysicalKey::Code(code) = event.physical_key else { return };
         let Some(open) = &mut self.open else { return };
         let pressed = event.state == ElementState::Pressed;
+        let key = event.logical_key.as_ref();
+        if pressed && open.panels.have_keyboard() && is_for_buttons(&key) {
+            return;
+        }
         // Those with Ctrl and the like belong to the desktop.
         let modifiers = open.modifiers;
         let of_others = modifiers.control_key() || modifiers.alt_key() || modifiers.super_key();
@@ -81,7 +85,7 @@ impl App {
             return;
         }
         open.panels.shows_hint = false;
-        let stroke = stroke(&event.logical_key.as_ref(), code);
+        let stroke = stroke(&key, code);
         if let Some(stroke) = stroke.filter(|stroke| !event.repeat || stroke.repeats()) {
             self.stroke(stroke, now);
         }

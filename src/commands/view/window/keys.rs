@@ -49,6 +49,14 @@ pub(super) fn stroke(key: &Key<&str>, code: KeyCode) -> Option<Stroke> {
     })
 }
 
+/// Whether a button of a panel that has the keyboard takes a key: what presses it, leads to the others, and
+/// leaves them.
+pub(super) fn is_for_buttons(key: &Key<&str>) -> bool {
+    use NamedKey::{ArrowDown, ArrowLeft, ArrowRight, ArrowUp, Enter, Escape, Space};
+    let Key::Named(named) = key else { return false };
+    matches!(named, Enter | Space | Escape | ArrowUp | ArrowDown | ArrowLeft | ArrowRight)
+}
+
 /// Which way a key walks while it is down.
 pub(super) fn step(code: KeyCode) -> Option<Step> {
     Some(match code {
@@ -120,6 +128,13 @@ mod tests {
         // There the minus is on the six: what is written counts first.
         assert!(matches!(stroke(&Key::Character("-"), KeyCode::Digit6), Some(Stroke::Zoom(_))));
         assert_eq!(stroke(&Key::Character("0"), KeyCode::Digit0), None);
+    }
+
+    #[test]
+    fn buttons_take_what_presses_and_leaves_them() {
+        let named = |name| is_for_buttons(&Key::Named(name));
+        assert!([NamedKey::Enter, NamedKey::Escape, NamedKey::ArrowUp].into_iter().all(named));
+        assert!(!named(NamedKey::Home) && !is_for_buttons(&Key::Character("m")));
     }
 
     #[test]

@@ -112,6 +112,11 @@ impl PanelState {
         layer.is_some_and(|layer| layer.order != egui::Order::Background)
     }
 
+    /// Whether one of their buttons has the keyboard: who walks through them with Tab.
+    pub(super) fn have_keyboard(&self) -> bool {
+        self.context.memory(|memory| memory.focused().is_some())
+    }
+
     /// Lays the panels out. After how long they are to be drawn again though nothing happens, if ever.
     pub(super) fn lay_out(
         &mut self,
