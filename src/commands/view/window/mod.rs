@@ -212,9 +212,10 @@ impl ApplicationHandler<Told> for App {
                 self.surroundings.take(question, found, Instant::now());
             }
             Told::Opened(Ok(opened)) => self.go_over(*opened),
-            Told::Photograph(Err(exit)) | Told::Opened(Err(exit)) => {
-                self.say(exit.message());
+            Told::Photograph(Err(exit)) => {
+                self.say(format!("the nearest photograph cannot be had: {}", exit.message()));
             }
+            Told::Opened(Err(exit)) => self.say(exit.message()),
         }
         if let Some(open) = &mut self.open {
             open.wake();
