@@ -214,11 +214,11 @@ fn label(context: &egui::Context, id: &str, side: Align2, text: &str) {
     });
 }
 
-/// Lines of two columns in a corner, small, and through which one clicks.
+/// Lines of two columns in a corner, small, below all other panels, and through which one clicks.
 fn show_figures(context: &egui::Context, lines: &[(&str, String)]) {
     let side = Align2::LEFT_TOP;
     let area = egui::Area::new(egui::Id::unique("figures")).interactable(false);
-    area.anchor(side, inward(side)).show(context, |ui| {
+    area.order(egui::Order::Background).anchor(side, inward(side)).show(context, |ui| {
         let frame = egui::Frame::popup(ui.style()).fill(Color32::from_black_alpha(170));
         frame.show(ui, |ui| {
             egui::Grid::new("figures").spacing([10.0, 1.0]).min_row_height(0.0).show(ui, |ui| {
