@@ -20,6 +20,8 @@ use crate::exit::Exit;
 const MARGIN: f32 = 10.0;
 /// Height of a line of text with its frame, points.
 const LINE: f32 = 36.0;
+/// What can be done takes at most so much of the window's height, below its title.
+const HELP_SHARE: f32 = 0.78;
 /// Height of letters that are looked up rather than read, points.
 const SMALL: f32 = 12.0;
 /// In narrower windows figures and tape do not fit beside each other, points.
@@ -235,13 +237,16 @@ fn show_figures(context: &egui::Context, lines: &[(&str, String)]) {
 /// What can be done, until it is closed.
 fn show_help(context: &egui::Context, open: &mut bool) {
     let window = egui::Window::new("How to move").open(open).collapsible(false).resizable(false);
+    let highest = HELP_SHARE * context.content_rect().height();
     window.anchor(Align2::CENTER_CENTER, [0.0; 2]).show(context, |ui| {
-        egui::Grid::new("help").show(ui, |ui| {
-            for (what, how) in HELP {
-                ui.strong(what);
-                ui.label(how);
-                ui.end_row();
-            }
+        list(highest).show(ui, |ui| {
+            egui::Grid::new("help").show(ui, |ui| {
+                for (what, how) in HELP {
+                    ui.strong(what);
+                    ui.label(how);
+                    ui.end_row();
+                }
+            });
         });
     });
 }
@@ -264,4 +269,26 @@ pub(super) fn list(highest: f32) -> egui::ScrollArea {
 /// From a side of the window towards its middle.
 pub(super) fn inward(side: Align2) -> [f32; 2] {
     side.0.map(|align| MARGIN * -align.to_sign())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn help_fits_into_a_window_or_is_scrolled() {
+        for [width, height] in [[1280.0, 720.0], [640.0, 480.0], [640.0, 360.0]] {
+            let context = egui::Context::default();
+            let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height));
+            for _ in 0..4 {
+                let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+                let mut open = true;
+                context.run_ui(input, |ui| show_help(ui.ctx(), &mut open)).textures_delta.clear();
+            }
+            let layer = context.layer_id_at(screen.center()).expect("a window");
+            let area = context.memory(|memory| memory.area_rect(layer.id)).expect("a window");
+            assert!(screen.contains_rect(area), "{area} in {screen}");
+            assert!(area.height() > 300.0, "{area}");
+        }
+    }
 }
