@@ -26,7 +26,6 @@ pub(crate) fn sources() -> Vec<(&'static str, String)> {
         ("deferred", shade::deferred_wgsl()),
         ("compose", shade::compose_wgsl()),
         ("limit", rest::limit_wgsl()),
-        ("admit", rest::admit_wgsl()),
         ("gather", forward::gather_wgsl()),
         ("homography", sprites_wgsl(Texturing::Homography)),
         ("barycentric", sprites_wgsl(Texturing::Barycentric)),

@@ -8,7 +8,7 @@ use crate::{Gpu, RenderError, memory, mesh, rest, shade, surface};
 /// Bytes of a pixel of all targets of the G-buffer's size, rounded up …
 const GBUFFER_BYTES: u64 = 64;
 /// … and of the picture's.
-const PICTURE_BYTES: u64 = 88;
+const PICTURE_BYTES: u64 = 84;
 
 /// Everything that a view writes to, kept between frames of the same size. The first are of
 /// the G-buffer's size, those from `records` on of the picture's.
@@ -30,8 +30,8 @@ pub(crate) struct Targets {
     pub(crate) geometry: wgpu::TextureView,
     pub(crate) choice: wgpu::TextureView,
     pub(crate) blended: wgpu::TextureView,
-    /// Where the nearest rigs have spoken, see rest/rest.wgsl.
-    pub(crate) limits: wgpu::TextureView,
+    /// The weight of what the nearest rigs have said, see rest/limit.wgsl.
+    pub(crate) said: wgpu::TextureView,
     picture: wgpu::Texture,
     readback: wgpu::Buffer,
 }
@@ -81,11 +81,7 @@ impl Targets {
             geometry: positions(),
             choice: view(shade::CHOICE_FORMAT, picture_size, target),
             blended: view(shade::blend_format(gpu), picture_size, drawn),
-            limits: view(
-                rest::LIMITS_FORMAT,
-                picture_size,
-                TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
-            ),
+            said: view(rest::SAID_FORMAT, picture_size, drawn),
             picture: texture(shade::PICTURE_FORMAT, picture_size, target | TextureUsages::COPY_SRC),
             readback: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("picture"),
@@ -107,11 +103,11 @@ impl Targets {
     /// Bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
         let Self { planes, surfaces, depth, winners, winning_normals, .. } = self;
-        let Self { canvas, records, geometry, choice, blended, limits, .. } = self;
+        let Self { canvas, records, geometry, choice, blended, said, .. } = self;
         let Records { positions, orientations } = records;
         let shown = [positions, orientations, geometry];
         let views = [planes, surfaces, depth, winners, winning_normals, canvas].into_iter();
-        let views = views.chain([choice, blended, limits]);
+        let views = views.chain([choice, blended, said]);
         let views = views.chain(shown).map(|view| memory::of_texture(view.texture()));
         views.sum::<u64>()
             + memory::of_texture(&self.picture)

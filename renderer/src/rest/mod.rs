@@ -11,15 +11,15 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use bytemuck::Zeroable as _;
-use glam::{UVec2, Vec3};
+use glam::Vec3;
 use wgpu::util::DeviceExt as _;
 
 use crate::screen::WHOLE_WGSL;
 use crate::shade::photograph::Drawn;
 use crate::shade::reference::NEAREST_M;
-use crate::shade::{BLEND_WGSL, CHOICE_FORMAT, blend_format};
+use crate::shade::{BLEND_WGSL, CHOICE_FORMAT};
 use crate::surface::PLACE_WGSL;
-use crate::tiles::{TileBoxes, tiles_of};
+use crate::tiles::TileBoxes;
 use crate::{Gpu, octahedral};
 
 pub(crate) mod reference;
@@ -33,16 +33,12 @@ pub(crate) const HEARD_WGSL: &str = include_str!("heard.wgsl");
 
 /// The shader that finds out who counts.
 pub(crate) fn limit_wgsl() -> String {
-    [octahedral::WGSL, PLACE_WGSL, BLEND_WGSL, HEARD_WGSL, include_str!("rest.wgsl")].concat()
-}
-
-/// The shader that lets through who counts.
-pub(crate) fn admit_wgsl() -> String {
-    [WHOLE_WGSL, include_str!("admit.wgsl")].concat()
+    let parts = [octahedral::WGSL, PLACE_WGSL, WHOLE_WGSL, BLEND_WGSL, HEARD_WGSL];
+    [&parts.concat(), include_str!("limit.wgsl")].concat()
 }
 
 pub(crate) mod gpu_data {
-    /// Mirrors `Rig` in rest.wgsl.
+    /// Mirrors `Rig` in limit.wgsl.
     #[repr(C)]
     #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
     pub(crate) struct Rig {
@@ -60,13 +56,12 @@ pub(crate) mod gpu_data {
 pub(crate) struct RestPass {
     module: wgpu::ShaderModule,
     /// By how many rigs they ask, made when first needed.
-    limit: Mutex<BTreeMap<usize, wgpu::ComputePipeline>>,
-    admit: wgpu::RenderPipeline,
+    limit: Mutex<BTreeMap<usize, wgpu::RenderPipeline>>,
 }
 
-/// What is known of pixels of which the nearest have spoken: two f32.
-pub(crate) const LIMITS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
-/// Room for rigs, as in rest.wgsl: one for each bit of a word that says who is asked, less the nearest.
+/// The weight of what was said of pixels of which the nearest have spoken.
+pub(crate) const SAID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
+/// Room for rigs, as in limit.wgsl: one for each bit of a word that says who is asked, less the nearest.
 pub(crate) const MAX_RIGS: usize = 30;
 /// Stands for all rigs that have no bit of their own.
 const LAST_BIT: u32 = 31;
@@ -76,37 +71,107 @@ const EVERYWHERE_M: f32 = 1e30;
 /// A picture of which the nearest rigs have spoken.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spoken<'a> {
-    /// Pixels.
-    pub(crate) size: UVec2,
     /// What the pixels show, see surface/place.wgsl.
     pub(crate) positions: &'a wgpu::TextureView,
     pub(crate) orientations: &'a wgpu::TextureView,
     /// Linear colours times their weight, and that.
     pub(crate) nearest: &'a wgpu::TextureView,
-    /// Of [`LIMITS_FORMAT`]: takes the depth behind which rigs do not count, and the weight of what was said.
-    pub(crate) limits: &'a wgpu::TextureView,
-}
-
-/// Who counts, to be drawn before the rest.
-#[derive(Debug)]
-pub(crate) struct Admitted {
-    group: wgpu::BindGroup,
+    /// Of [`SAID_FORMAT`]: takes the weight of what was said.
+    pub(crate) said: &'a wgpu::TextureView,
+    /// Of [`CHOICE_FORMAT`]: takes the depths behind which rigs do not count.
+    pub(crate) choice: &'a wgpu::TextureView,
 }
 
 impl RestPass {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let module = |label, source: String| {
-            gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(label),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            })
-        };
-        let admit_module = module("admit", admit_wgsl());
-        let admit = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("admit"),
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("limit"),
+            source: wgpu::ShaderSource::Wgsl(limit_wgsl().into()),
+        });
+        Self { module, limit: Mutex::default() }
+    }
+
+    /// Finds out where the photographs of `rest` count, ordered by rig; which of them are asked about which
+    /// tile is in the boxes that come back.
+    pub(crate) fn limit(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        rest: &[Drawn],
+        spoken: Spoken<'_>,
+        boxes: &TileBoxes,
+    ) -> TileBoxes {
+        let Spoken { positions, orientations, nearest, said, choice } = spoken;
+        let rigs = rigs_of(rest);
+        let pipeline = self.limit_of(gpu, rigs.len());
+        let mut room = [gpu_data::Rig::zeroed(); MAX_RIGS];
+        room.iter_mut().zip(rigs).for_each(|(slot, rig)| *slot = rig);
+        let rigs = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("rest"),
+            contents: bytemuck::cast_slice(&room),
+            usage: wgpu::BufferUsages::STORAGE,
+        });
+        let boxes = boxes.asking_nobody(gpu);
+        let view = wgpu::BindingResource::TextureView;
+        let resources = [
+            view(positions),
+            view(orientations),
+            view(nearest),
+            rigs.as_entire_binding(),
+            boxes.asked.as_entire_binding(),
+        ];
+        let entries: Vec<_> = resources
+            .into_iter()
+            .zip(0..)
+            .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("rest"),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("rest"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: said,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: choice,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0.0),
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+            }),
+            ..Default::default()
+        });
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
+        drop(pass);
+        boxes
+    }
+
+    fn limit_of(&self, gpu: &Gpu, rigs: usize) -> wgpu::RenderPipeline {
+        let mut made = self.limit.lock().unwrap_or_else(PoisonError::into_inner);
+        made.entry(rigs).or_insert_with(|| self.pipeline(gpu, rigs)).clone()
+    }
+
+    fn pipeline(&self, gpu: &Gpu, rigs: usize) -> wgpu::RenderPipeline {
+        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("limit"),
             layout: None,
             vertex: wgpu::VertexState {
-                module: &admit_module,
+                module: &self.module,
                 entry_point: Some("vs"),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 buffers: &[],
@@ -121,96 +186,17 @@ impl RestPass {
             }),
             multisample: wgpu::MultisampleState::default(),
             fragment: Some(wgpu::FragmentState {
-                module: &admit_module,
-                entry_point: Some("fs"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(wgpu::ColorTargetState {
-                    format: blend_format(gpu),
-                    blend: None,
-                    write_mask: wgpu::ColorWrites::empty(),
-                })],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        Self { module: module("limit", limit_wgsl()), limit: Mutex::default(), admit }
-    }
-
-    /// Finds out where the photographs of `rest` count, ordered by rig, and tells the tiles.
-    pub(crate) fn limit(
-        &self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-        rest: &[Drawn],
-        spoken: Spoken<'_>,
-        boxes: &TileBoxes,
-    ) -> Admitted {
-        let Spoken { size, positions, orientations, nearest, limits } = spoken;
-        let rigs = rigs_of(rest);
-        let pipeline = self.limit_of(gpu, rigs.len());
-        let mut room = [gpu_data::Rig::zeroed(); MAX_RIGS];
-        room.iter_mut().zip(rigs).for_each(|(slot, rig)| *slot = rig);
-        let rigs = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("rest"),
-            contents: bytemuck::cast_slice(&room),
-            usage: wgpu::BufferUsages::STORAGE,
-        });
-        let view = wgpu::BindingResource::TextureView;
-        let group = |layout: &wgpu::BindGroupLayout, resources: &[wgpu::BindingResource<'_>]| {
-            let entries: Vec<_> = resources
-                .iter()
-                .zip(0..)
-                .map(|(resource, binding)| wgpu::BindGroupEntry {
-                    binding,
-                    resource: resource.clone(),
-                })
-                .collect();
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("rest"),
-                layout,
-                entries: &entries,
-            })
-        };
-        let resources = [
-            view(positions),
-            view(orientations),
-            view(nearest),
-            rigs.as_entire_binding(),
-            view(limits),
-            boxes.boxes.as_entire_binding(),
-        ];
-        let limited = group(&pipeline.get_bind_group_layout(0), &resources);
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &limited, &[]);
-        let tiles = tiles_of(size);
-        pass.dispatch_workgroups(tiles.x, tiles.y, 1);
-        Admitted { group: group(&self.admit.get_bind_group_layout(0), &[view(limits)]) }
-    }
-
-    fn limit_of(&self, gpu: &Gpu, rigs: usize) -> wgpu::ComputePipeline {
-        let mut made = self.limit.lock().unwrap_or_else(PoisonError::into_inner);
-        let make = || {
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("limit"),
-                layout: None,
                 module: &self.module,
-                entry_point: Some("limit"),
+                entry_point: Some("fs"),
                 compilation_options: wgpu::PipelineCompilationOptions {
                     constants: &[("RIGS", rigs as f64)],
                     ..Default::default()
                 },
-                cache: None,
-            })
-        };
-        made.entry(rigs).or_insert_with(make).clone()
-    }
-
-    /// Sets depths behind which whoever counts is seen.
-    pub(crate) fn admit(&self, pass: &mut wgpu::RenderPass<'_>, admitted: &Admitted) {
-        pass.set_pipeline(&self.admit);
-        pass.set_bind_group(0, &admitted.group, &[]);
-        pass.draw(0..3, 0..1);
+                targets: &[Some(SAID_FORMAT.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
     }
 }
 

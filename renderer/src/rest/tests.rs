@@ -4,12 +4,14 @@ use flaneur_scene::View;
 use glam::{DVec3, UVec2};
 
 use super::reference::{UNHEARD, at_most, heard};
-use super::{LIMITS_FORMAT, MAX_RIGS, RestPass, Spoken, rigs_of};
+use super::{MAX_RIGS, RestPass, SAID_FORMAT, Spoken, rigs_of};
 use crate::depths::SHOWS_MESH;
-use crate::kernel_tests::channels::{Channels, orientations, record_words, texels};
+use crate::kernel_tests::channels::{Channels, draw, orientations, record_words, texels};
 use crate::kernel_tests::{gpu, noise, read};
 use crate::octahedral::{plane_code, vector};
 use crate::reference::field::{Field, cells};
+use crate::screen::{WHOLE_WGSL, screen_pass};
+use crate::shade::CHOICE_FORMAT;
 use crate::shade::photograph::{Drawn, gpu_data::Photograph};
 use crate::shade::reference::park_weight;
 use crate::tiles::{Shown, TILE, TilePass, tiles_of};
@@ -17,6 +19,9 @@ use crate::tolerances::{AT_MOST_RELATIVE, HEARD_STEP};
 
 /// Tiles at two borders are cut.
 const SIZE: UVec2 = UVec2::new(75, 52);
+
+/// Depths are kept to 24 bits.
+const ROUNDED: f32 = 1.0 / (1 << 24) as f32;
 
 /// A rig's cameras, relative to the eye, the square of its distance from there, and its weight.
 struct Rig {
@@ -89,36 +94,57 @@ fn on_device(picture: &Field<Pixel>, rest: &[Drawn]) -> (Vec<f32>, Vec<u32>) {
     let codes = orientations(&picture.each(|pixel| pixel.map_or(0, |(_, code, _)| code)));
     let said = picture.each(|pixel| [0.0, 0.0, 0.0, pixel.map_or(0.0, |(.., said)| said as f32)]);
     let nearest = Channels::holding(&said).view();
-    let limits = gpu().device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: SIZE.x, height: SIZE.y, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: LIMITS_FORMAT,
-        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    let limits = limits.create_view(&Default::default());
+    let drawn = |format| {
+        gpu().device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: SIZE.x, height: SIZE.y, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        })
+    };
+    let said = drawn(SAID_FORMAT).create_view(&Default::default());
+    let choice = drawn(CHOICE_FORMAT);
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
     let view = View::look(DVec3::ZERO, 0.0, 0.0, 1.0, SIZE);
     let shown = Shown { view: &view, size: SIZE, positions: &positions };
     let boxes = TilePass::new(gpu()).boxes(gpu(), &mut encoder, shown);
     let spoken = Spoken {
-        size: SIZE,
         positions: &positions,
         orientations: &codes,
         nearest: &nearest,
-        limits: &limits,
+        said: &said,
+        choice: &choice.create_view(&Default::default()),
     };
-    RestPass::new(gpu()).limit(gpu(), &mut encoder, rest, spoken, &boxes);
-    let boxes: Vec<[u32; 8]> = read(encoder, &boxes.boxes);
-    let limits = texels(&limits);
-    for (found, pixel) in limits.values.iter().zip(&picture.values) {
-        assert_eq!(found[1], pixel.map_or(0.0, |(.., said)| said as f32), "what was said");
+    let boxes = RestPass::new(gpu()).limit(gpu(), &mut encoder, rest, spoken, &boxes);
+    let asked: Vec<u32> = read(encoder, &boxes.asked);
+    for (found, pixel) in texels(&said).values.iter().zip(&picture.values) {
+        assert_eq!(found[0], pixel.map_or(0.0, |(.., said)| said as f32), "what was said");
     }
-    let found = limits.values.iter().map(|found| found[0]).collect();
-    (found, boxes.into_iter().map(|words| words[3]).collect())
+    (depths(&choice), asked)
+}
+
+/// The depths that a texture holds.
+fn depths(choice: &wgpu::Texture) -> Vec<f32> {
+    const LOAD: &str = "
+@group(0) @binding(0) var depths: texture_depth_2d;
+
+@fragment
+fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    return vec4(textureLoad(depths, vec2<i32>(at.xy), 0));
+}";
+    let found = Channels::<1>::new(SIZE);
+    let format = found.view().texture().format();
+    let load = screen_pass(gpu(), "load", &[WHOLE_WGSL, LOAD].concat(), &[format]);
+    let of_depth = choice.create_view(&wgpu::TextureViewDescriptor {
+        aspect: wgpu::TextureAspect::DepthOnly,
+        ..Default::default()
+    });
+    draw(&load, vec![wgpu::BindingResource::TextureView(&of_depth)], &found.view());
+    found.read().values.into_iter().map(|[depth]| depth).collect()
 }
 
 /// Whoever has a say at a pixel is let through and asked about its tile; and who is far from having one is not.
@@ -145,7 +171,7 @@ fn whoever_counts_is_asked() {
                 .iter()
                 .map(|centre| rig.weight * park_weight(n, place, *centre, rig.eye_distance_2));
             let weight = weights.fold(0.0, f64::max);
-            let let_through = depth <= bound.floor;
+            let let_through = depth <= bound.floor + ROUNDED;
             if heard(weight, said) > 0.0 {
                 counted += 1;
                 assert!(let_through, "{cell} {weight} {said}");
@@ -181,7 +207,8 @@ fn many_rigs_are_asked_together() {
     let last = known.last().expect("rigs");
     assert_eq!((last.index, last.floor), (31, rest.last().expect("rigs").data.rig_floor));
     assert!(asked.iter().all(|bits| bits >> 31 == 1));
-    let through = cells(SIZE).zip(depths).filter(|(_, depth)| *depth <= last.floor).count();
+    let through =
+        cells(SIZE).zip(depths).filter(|(_, depth)| *depth <= last.floor + ROUNDED).count();
     assert!(through > 2000, "{through}");
 }
 

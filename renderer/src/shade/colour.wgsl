@@ -5,8 +5,8 @@
 // Two layers a map: depth, and that of points that are still the mesh.
 @group(0) @binding(3) var map_mesh: texture_2d_array<f32>;
 @group(0) @binding(4) var map_points: texture_2d_array<f32>;
-// Where the nearest rigs have spoken, see rest.wgsl.
-@group(0) @binding(7) var limits: texture_2d<f32>;
+// The weight of what the nearest rigs have said, see limit.wgsl.
+@group(0) @binding(7) var said: texture_2d<f32>;
 
 // Whether they have spoken before.
 override OF_REST: bool = false;
@@ -38,7 +38,7 @@ fn weighted_colour(place: Place, seen: Projected, view_depth: f32) -> vec4<f32> 
 // What is heard of a weighted colour in a pixel of the picture.
 fn heard_at(colour: vec4<f32>, cell: vec2<i32>) -> vec4<f32> {
     if OF_REST {
-        return heard(colour, textureLoad(limits, cell, 0).y);
+        return heard(colour, textureLoad(said, cell, 0).x);
     }
     return colour;
 }

@@ -18,7 +18,7 @@ use crate::depth_map::DepthMaps;
 use crate::forward::Sprites;
 use crate::frustum::Frustum;
 use crate::photographs::atlas::Atlas;
-use crate::rest::{Admitted, HEARD_WGSL, NEAREST, RestPass, Spoken};
+use crate::rest::{HEARD_WGSL, NEAREST, RestPass, Spoken};
 use crate::screen::{ScreenPass, screen_pass_with};
 use crate::surface::PLACE_WGSL;
 use crate::targets::Targets;
@@ -142,11 +142,11 @@ pub(crate) struct Sources<'a> {
 
 /// Photographs that are drawn in one pass.
 #[derive(Clone, Debug)]
-struct Layer<'a> {
+struct Layer {
     /// Which of the frame's.
     of: Range<usize>,
-    /// Who counts where nearer rigs have spoken before.
-    after: Option<&'a Admitted>,
+    /// Whether nearer rigs have spoken before, and depths say who counts.
+    of_rest: bool,
 }
 
 impl ShadePass {
@@ -183,22 +183,23 @@ impl ShadePass {
         let all = sources.photographs;
         let nearest = all.partition_point(|drawn| drawn.rig < NEAREST);
         if nearest == 0 || nearest == all.len() {
-            let layer = Layer { of: 0..all.len(), after: None };
+            let layer = Layer { of: 0..all.len(), of_rest: false };
             self.draw_layer(gpu, encoder, sources, layer, &groups, targets);
             return;
         }
-        let layer = Layer { of: 0..nearest, after: None };
+        let layer = Layer { of: 0..nearest, of_rest: false };
         self.draw_layer(gpu, encoder, sources, layer, &groups, targets);
         let rest = &all[nearest..];
         let spoken = Spoken {
-            size: targets.picture_size,
             positions: &targets.records.positions,
             orientations: &targets.records.orientations,
             nearest: &targets.blended,
-            limits: &targets.limits,
+            said: &targets.said,
+            choice: &targets.choice,
         };
-        let admitted = self.rest.limit(gpu, encoder, rest, spoken, sources.tiles.boxes);
-        let layer = Layer { of: nearest..all.len(), after: Some(&admitted) };
+        let boxes = self.rest.limit(gpu, encoder, rest, spoken, sources.tiles.boxes);
+        let sources = Sources { tiles: Tiled { boxes: &boxes, ..sources.tiles }, ..sources };
+        let layer = Layer { of: nearest..all.len(), of_rest: true };
         self.draw_layer(gpu, encoder, sources, layer, &groups, targets);
     }
 
@@ -208,18 +209,17 @@ impl ShadePass {
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         sources: Sources<'_>,
-        layer: Layer<'_>,
+        layer: Layer,
         groups: &Groups,
         targets: &Targets,
     ) {
-        let Layer { of, after } = layer;
+        let Layer { of, of_rest } = layer;
         // Sprites look for what was chosen everywhere.
         let apart = sources.sprites.is_none();
         let Tiled { pass: tile_pass, boxes } = sources.tiles;
         let seen = &sources.seen[of.clone()];
         let tiles = tile_pass.lists(gpu, encoder, seen, apart, boxes);
         let photographs = &sources.photographs[of.clone()];
-        let of_rest = after.is_some();
         let pipelines = self.photographs.all(gpu, sources, photographs, of_rest);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("photographs"),
@@ -228,17 +228,14 @@ impl ShadePass {
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
-                    load: match after {
-                        None => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                        Some(_) => wgpu::LoadOp::Load,
-                    },
+                    load: clear_but(of_rest, wgpu::Color::TRANSPARENT),
                     store: wgpu::StoreOp::Store,
                 },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &targets.choice,
                 depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(0.0),
+                    load: clear_but(of_rest, 0.0),
                     store: wgpu::StoreOp::Discard,
                 }),
                 stencil_ops: Some(wgpu::Operations {
@@ -248,9 +245,6 @@ impl ShadePass {
             }),
             ..Default::default()
         });
-        if let Some(admitted) = after {
-            self.rest.admit(&mut pass, admitted);
-        }
         let Some(tiles) = tiles else { return };
         let numbered: Vec<(u32, &Drawn)> = (0..MAX_PHOTOGRAPHS).zip(photographs).collect();
         pass.set_bind_group(0, &groups.frame, &[]);
@@ -347,7 +341,7 @@ impl ShadePass {
                 entry(4, view(&map_points)),
                 entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
                 entry(6, view(sources.offsets)),
-                entry(7, view(&targets.limits)),
+                entry(7, view(&targets.said)),
                 entry(8, wgpu::BindingResource::Sampler(&self.unfiltered)),
             ],
         );
@@ -389,4 +383,9 @@ fn uniform(gpu: &Gpu, contents: &[u8]) -> wgpu::Buffer {
         contents,
         usage: wgpu::BufferUsages::UNIFORM,
     })
+}
+
+/// What is there before stays, or the target is cleared.
+fn clear_but<T>(stays: bool, clear: T) -> wgpu::LoadOp<T> {
+    if stays { wgpu::LoadOp::Load } else { wgpu::LoadOp::Clear(clear) }
 }

@@ -101,12 +101,21 @@ pub(crate) struct TilePass {
 /// What the tiles of a picture show, on the device.
 #[derive(Debug)]
 pub(crate) struct TileBoxes {
-    /// Of each tile the box around its places, and which rigs are asked about it: all, unless
-    /// [`crate::rest`] says otherwise.
-    pub(crate) boxes: wgpu::Buffer,
+    /// Of each tile the box around its places.
+    boxes: wgpu::Buffer,
+    /// And which rigs are asked about it, a bit each: all, unless [`crate::rest`] says otherwise.
+    pub(crate) asked: wgpu::Buffer,
     view: View,
     /// Of the picture, pixels.
     size: UVec2,
+}
+
+impl TileBoxes {
+    /// The same, of which no rig is asked about any tile yet.
+    pub(crate) fn asking_nobody(&self, gpu: &Gpu) -> Self {
+        let asked = asked_of(gpu, self.size, 0);
+        Self { boxes: self.boxes.clone(), asked, view: self.view, size: self.size }
+    }
 }
 
 /// The tiles of some photographs of a frame, on the device.
@@ -160,9 +169,10 @@ impl TilePass {
         let boxes = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("tiles"),
             size: u64::from(tiles.element_product()) * 32,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+            usage: wgpu::BufferUsages::STORAGE,
             mapped_at_creation: false,
         });
+        let asked = asked_of(gpu, size, u32::MAX);
         let frame = frame(gpu, view, size, false);
         let resources = [
             (0, frame.as_entire_binding()),
@@ -170,7 +180,7 @@ impl TilePass {
             (2, boxes.as_entire_binding()),
         ];
         dispatch(gpu, encoder, &self.bound, &resources, tiles);
-        TileBoxes { boxes, view: *view, size }
+        TileBoxes { boxes, asked, view: *view, size }
     }
 
     /// Lists the tiles of the photographs, each by what it can see and by its rig, of which the nearest
@@ -184,7 +194,7 @@ impl TilePass {
         apart: bool,
         shown: &TileBoxes,
     ) -> Option<TileLists> {
-        let &TileBoxes { ref boxes, ref view, size } = shown;
+        let &TileBoxes { ref boxes, ref asked, ref view, size } = shown;
         let tile_count = tiles_of(size).element_product();
         let pyramids: Vec<_> =
             photographs.iter().map(|(frustum, rig)| pyramid(frustum, *rig, view)).collect();
@@ -218,6 +228,7 @@ impl TilePass {
             (3, pyramids_on_device.as_entire_binding()),
             (4, draws.as_entire_binding()),
             (5, lists.as_entire_binding()),
+            (6, asked.as_entire_binding()),
         ];
         dispatch(gpu, encoder, &self.list, &resources, UVec2::new(tile_count.div_ceil(64), 1));
         Some(TileLists { lists, draws, tile_count })
@@ -244,6 +255,13 @@ fn frame(gpu: &Gpu, view: &View, size: UVec2, apart: bool) -> wgpu::Buffer {
         padding: 0,
     };
     filled(gpu, bytemuck::bytes_of(&frame), wgpu::BufferUsages::UNIFORM)
+}
+
+/// Who is asked about each tile of a picture: the same everywhere.
+fn asked_of(gpu: &Gpu, size: UVec2, rigs: u32) -> wgpu::Buffer {
+    let tiles = vec![rigs; tiles_of(size).element_product() as usize];
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+    filled(gpu, bytemuck::cast_slice(&tiles), usage)
 }
 
 fn filled(gpu: &Gpu, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {

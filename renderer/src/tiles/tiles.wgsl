@@ -31,11 +31,9 @@ struct Pyramid {
 // Around what a tile shows, see `coordinates`.
 struct Box {
     low: vec3<f32>,
-    // Which rigs are asked about the tile: a bit each, the lowest the nearest to the eye, the highest
-    // all that have none.
-    asked: u32,
+    padding_0: u32,
     high: vec3<f32>,
-    padding: u32,
+    padding_1: u32,
 }
 
 // Arguments of an indirect draw.
@@ -48,7 +46,6 @@ struct Draw {
 
 const TILE: u32 = 32u;
 const NOTHING: f32 = 1e30;
-const ALL_RIGS: u32 = 0xffffffffu;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var positions: texture_2d<u32>;
@@ -60,6 +57,9 @@ const ALL_RIGS: u32 = 0xffffffffu;
 // to itself. For each draw there is room for all tiles in `lists`: column in the low half of a
 // word, row in the high.
 @group(0) @binding(5) var<storage, read_write> lists: array<u32>;
+// Which rigs are asked about each tile: a bit each, the lowest the nearest to the eye, the highest all that
+// have none.
+@group(0) @binding(6) var<storage, read> asked: array<u32>;
 
 var<workgroup> lows: array<vec3<f32>, 32>;
 var<workgroup> highs: array<vec3<f32>, 32>;
@@ -92,7 +92,7 @@ fn bound(
             high = max(high, highs[other]);
         }
         let index = tile.y * frame.columns + tile.x;
-        boxes[index] = Box(low, ALL_RIGS, high, 0u);
+        boxes[index] = Box(low, 0u, high, 0u);
     }
 }
 
@@ -113,12 +113,12 @@ fn list(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let low = boxes[id.x].low;
     let high = boxes[id.x].high;
-    let asked = boxes[id.x].asked;
+    let bits = asked[id.x];
     let photographs = arrayLength(&pyramids);
     let tile = (id.x % frame.columns) | ((id.x / frame.columns) << 16u);
     var first = 0u;
     while first < photographs && low.x <= high.x {
-        let is_asked = (asked >> min(pyramids[first].rig, 31u) & 1u) == 1u;
+        let is_asked = (bits >> min(pyramids[first].rig, 31u) & 1u) == 1u;
         var end = first;
         var seeing = 0u;
         while end < photographs && pyramids[end].rig == pyramids[first].rig {
