@@ -17,7 +17,7 @@ use crate::commands::view::photograph::Photograph;
 use crate::exit::Exit;
 
 /// Margin of what stands at the window's borders, points.
-const MARGIN: f32 = 10.0;
+pub(super) const MARGIN: f32 = 10.0;
 /// Height of a line of text with its frame, points.
 const LINE: f32 = 36.0;
 /// What can be done takes at most so much of the window's height, below its title.
@@ -274,6 +274,29 @@ pub(super) fn inward(side: Align2) -> [f32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn figures_lie_below_whatever_is_said_in_the_same_place() {
+        let context = egui::Context::default();
+        let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(300.0, 60.0));
+        let mut texts = Vec::new();
+        for _ in 0..3 {
+            let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+            let mut output = context.run_ui(input, |ui| {
+                astray::show(ui.ctx());
+                show_figures(ui.ctx(), &[("frame", "16.7 ms".to_owned())]);
+            });
+            output.textures_delta.clear();
+            let text = |clipped: egui::epaint::ClippedShape| match clipped.shape {
+                egui::Shape::Text(text) => Some(text.galley.text().to_owned()),
+                _ => None,
+            };
+            texts = output.shapes.into_iter().filter_map(text).collect();
+        }
+        // What is drawn last is on top.
+        assert_eq!(texts[..2], ["frame", "16.7 ms"]);
+        assert!(texts.len() > 2, "{texts:?}");
+    }
 
     #[test]
     fn help_fits_into_a_window_or_is_scrolled() {

@@ -26,6 +26,8 @@ const SHARE: f32 = 0.5;
 /// Widths of what is said, and of the names of figures, points.
 const WIDTH: f32 = 330.0;
 const NAMES: f32 = 100.0;
+/// Where figures have less room beside their names, they stand below them, points.
+const LEAST: f32 = 300.0;
 /// Height of its letters, and of those of remarks, points.
 const LETTERS: f32 = 13.0;
 const SMALL: f32 = 11.5;
@@ -51,14 +53,17 @@ enum Line {
 pub(super) fn show(context: &egui::Context, measuring: &Measuring, reference: &Reference) {
     let side = Align2::RIGHT_TOP;
     let highest = SHARE * context.content_rect().height();
+    let frame = egui::Frame::popup(&context.global_style());
+    let beside = 2.0 * panels::MARGIN + frame.total_margin().sum().x;
+    let widest = context.content_rect().width() - beside;
     let area = egui::Area::new(egui::Id::unique("tape")).anchor(side, inward(side));
     area.show(context, |ui| {
-        egui::Frame::popup(ui.style()).show(ui, |ui| {
+        frame.show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
             // What is worth copying has a button for it.
             ui.style_mut().interaction.selectable_labels = false;
             panels::list(highest).show(ui, |ui| {
-                ui.set_max_width(NAMES + WIDTH);
+                ui.set_max_width(widest.min(NAMES + WIDTH));
                 for line in lines(measuring, reference) {
                     write(ui, &line);
                 }
@@ -94,12 +99,18 @@ fn write(ui: &mut egui::Ui, line: &Line) {
     }
 }
 
-/// Something beside its name.
+/// Something beside its name, in narrow windows below it.
 fn beside(
     ui: &mut egui::Ui,
     name: RichText,
     add: impl FnOnce(&mut egui::Ui) -> egui::Response,
 ) -> egui::Response {
+    if ui.available_width() < NAMES + LEAST {
+        if !name.is_empty() {
+            ui.label(name);
+        }
+        return ui.horizontal_top(add).inner;
+    }
     let row = ui.horizontal_top(|ui| {
         ui.allocate_ui(egui::vec2(NAMES, 0.0), |ui| {
             ui.set_min_width(NAMES);
@@ -315,6 +326,25 @@ mod tests {
         assert_eq!(copied.len(), 2, "{copied:?}");
         assert!(copied[0].starts_with("48.84") && copied[0].contains(", 2.33"), "{copied:?}");
         assert_eq!(copied[1], "651000.000, 6861000.000, 40.000");
+    }
+
+    #[test]
+    fn a_tape_fits_into_narrow_windows() {
+        let place = Place::on(DVec3::Z, DVec3::new(651_000.0, 6_861_000.0, 40.0));
+        let (tape, reference) =
+            (marked(place, Record::default()), Reference::new("EPSG:2154", None));
+        for [width, least] in [[1280.0, 400.0], [450.0, 300.0], [360.0, 300.0]] {
+            let context = egui::Context::default();
+            let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, 480.0));
+            for _ in 0..3 {
+                let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+                let mut output = context.run_ui(input, |ui| show(ui.ctx(), &tape, &reference));
+                output.textures_delta.clear();
+            }
+            let layer = context.layer_id_at(egui::pos2(width - 20.0, 20.0)).expect("a tape");
+            let area = context.memory(|memory| memory.area_rect(layer.id)).expect("a tape");
+            assert!(screen.contains_rect(area) && area.width() > least, "{area} in {width}");
+        }
     }
 
     #[test]
