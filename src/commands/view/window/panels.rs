@@ -22,6 +22,8 @@ pub(super) const MARGIN: f32 = 10.0;
 const LINE: f32 = 36.0;
 /// What can be done takes at most so much of the window's height, below its title.
 const HELP_SHARE: f32 = 0.78;
+/// In narrower windows keys and what they do do not fit beside each other, points.
+const HELP_WIDTH: f32 = 500.0;
 /// Height of letters that are looked up rather than read, points.
 const SMALL: f32 = 12.0;
 /// In narrower windows figures and tape do not fit beside each other, points.
@@ -240,6 +242,13 @@ fn show_help(context: &egui::Context, open: &mut bool) {
     let highest = HELP_SHARE * context.content_rect().height();
     window.anchor(Align2::CENTER_CENTER, [0.0; 2]).show(context, |ui| {
         list(highest).show(ui, |ui| {
+            if context.content_rect().width() < HELP_WIDTH {
+                for (what, how) in HELP {
+                    ui.strong(what);
+                    ui.label(how);
+                }
+                return;
+            }
             egui::Grid::new("help").show(ui, |ui| {
                 for (what, how) in HELP {
                     ui.strong(what);
@@ -300,7 +309,7 @@ mod tests {
 
     #[test]
     fn help_fits_into_a_window_or_is_scrolled() {
-        for [width, height] in [[1280.0, 720.0], [640.0, 480.0], [640.0, 360.0]] {
+        for [width, height] in [[1280.0, 720.0], [640.0, 480.0], [640.0, 360.0], [360.0, 640.0]] {
             let context = egui::Context::default();
             let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height));
             for _ in 0..4 {

@@ -12,6 +12,8 @@ use crate::exit::Exit;
 
 /// It takes at most so much of the window's sides.
 const SHARE: [f64; 2] = [0.8, 0.65];
+/// Its width where the photograph is narrower, points; less where the window has no room for it.
+const WIDTH: f32 = 410.0;
 /// Radius of the mark at the place, points.
 const RING: f32 = 11.0;
 
@@ -70,6 +72,7 @@ impl PhotographWindow {
             .open(&mut open)
             .collapsible(false)
             .resizable(false)
+            .default_width(WIDTH)
             .pivot(Align2::CENTER_CENTER)
             .default_pos(context.content_rect().center());
         window.show(context, |ui| {
@@ -79,7 +82,7 @@ impl PhotographWindow {
                 Content::Failed(reason) => _ = ui.label(reason),
                 Content::Shown(texture, mark) => show_marked(ui, texture, *mark),
             });
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 if ui.button("Go to where it was taken").clicked() {
                     wanted = Some(Wanted::Stand([*centre, *place]));
                 }
@@ -112,7 +115,9 @@ mod tests {
 
     #[test]
     fn a_photograph_is_in_the_middle_of_its_window() {
-        for [width, height] in [[120, 200], [312, 312], [700, 200]] {
+        for ([width, height], room) in
+            [([120, 200], 900.0), ([312, 312], 900.0), ([700, 200], 900.0), ([288, 288], 360.0)]
+        {
             let context = egui::Context::default();
             let sight = StoredSight {
                 panorama: "7".to_owned(),
@@ -124,8 +129,8 @@ mod tests {
                 share: 1.0,
             };
             let mut window = PhotographWindow::new(0, Chosen { sight, place: DVec3::Y });
+            let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(room, 480.0));
             let draw = |window: &PhotographWindow| {
-                let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(900.0, 480.0));
                 let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
                 let mut output = context.run_ui(input, |ui| _ = window.show(ui.ctx()));
                 output.textures_delta.clear();
@@ -144,7 +149,7 @@ mod tests {
             let layer = context.layer_id_at(middle).expect("a window");
             let area = context.memory(|memory| memory.area_rect(layer.id)).expect("a window");
             assert!((middle.x - area.center().x).abs() < 1.0, "{width}: {middle} in {area}");
-            assert!(area.width() >= width as f32, "{width}: {area}");
+            assert!(area.width() >= width as f32 && screen.contains_rect(area), "{width}: {area}");
         }
     }
 }
