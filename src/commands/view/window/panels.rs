@@ -245,7 +245,10 @@ fn show_help(context: &egui::Context, open: &mut bool) {
             if context.content_rect().width() < HELP_WIDTH {
                 for (what, how) in HELP {
                     ui.strong(what);
-                    ui.label(how);
+                    ui.horizontal(|ui| {
+                        ui.add_space(MARGIN);
+                        ui.label(how);
+                    });
                 }
                 return;
             }
