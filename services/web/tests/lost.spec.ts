@@ -37,6 +37,41 @@ test("says that the server is gone, and goes on where one was once it is back", 
   }
 });
 
+test("shows nothing worse than before once the server is back", async ({ walker }) => {
+  const server = await Server.start();
+  try {
+    await walker.open(server.url);
+    await server.kill();
+    await walker.sees("lost");
+    await walker.stage.evaluate((stage) => {
+      const seen = { frames: 0, final: 0, pictures: 0 };
+      Object.assign(window, { seen });
+      stage.addEventListener("flaneur:frame", (event) => {
+        seen.frames += 1;
+        seen.final += (event as CustomEvent<{ final: boolean }>).detail.final ? 1 : 0;
+      });
+      new MutationObserver((changes) => {
+        const added = changes.flatMap(({ addedNodes }) => [...addedNodes]);
+        seen.pictures += added.filter((node) => node instanceof HTMLCanvasElement).length;
+      }).observe(stage, { childList: true });
+    });
+    const again = await Server.start(server.port);
+    try {
+      await walker.page.getByRole("button", { name: "Try now" }).click();
+      await walker.sees("final");
+      const seen = await walker.page.evaluate(
+        () => (window as unknown as { seen: Record<string, number> }).seen,
+      );
+      expect(seen.frames, "coarse ones came first").toBeGreaterThan(seen.final ?? 0);
+      expect(seen.pictures).toBe(seen.final);
+    } finally {
+      await again.kill();
+    }
+  } finally {
+    await server.kill();
+  }
+});
+
 test("takes no second place where the server has not noticed that the connection was lost", async ({
   walker,
 }) => {

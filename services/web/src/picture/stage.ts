@@ -2,7 +2,7 @@ import type { Frame } from "../gen/flaneur/v1/render_pb";
 import { distance } from "../geometry/vector";
 import { covers, cssTransform, homography } from "../view/homography";
 import type { Pinhole } from "../view/pinhole";
-import type { Pose } from "../view/pose";
+import { type Pose, samePose } from "../view/pose";
 
 /** Pictures that are kept at most. */
 const MOST_PICTURES = 5;
@@ -18,6 +18,8 @@ interface Picture {
   readonly canvas: HTMLCanvasElement;
   readonly camera: Pinhole;
   readonly mode: number;
+  /** As good as it can be. */
+  readonly whole: boolean;
 }
 
 /**
@@ -59,6 +61,12 @@ export class Stage {
     if (!camera || frame.image.length === 0) {
       return;
     }
+    const mode = frame.view?.mode ?? 0;
+    const newest = this.#pictures.at(-1);
+    if (!frame.final && newest?.whole && newest.mode === mode && sameView(newest.camera, camera)) {
+      // A session that begins anew has less to show, at first, than what is shown.
+      return;
+    }
     const file = new Blob([frame.image as Uint8Array<ArrayBuffer>], { type: frame.mediaType });
     const bitmap = await createImageBitmap(file);
     const canvas = this.#spare.pop() ?? newCanvas();
@@ -70,7 +78,6 @@ export class Stage {
     this.#backdrop.getContext("2d")?.drawImage(bitmap, 0, 0, width, height);
     // Takes the pixels over without a copy, before the canvas is seen.
     canvas.getContext("bitmaprenderer")?.transferFromImageBitmap(bitmap);
-    const mode = frame.view?.mode ?? 0;
     this.#pictures = this.#pictures.filter((picture) => {
       const stays = picture.mode === mode && isOfUse(picture, camera);
       if (!stays) {
@@ -78,7 +85,8 @@ export class Stage {
       }
       return stays;
     });
-    this.#pictures.push({ canvas, camera, mode });
+    const whole = frame.final && frame.fault === "";
+    this.#pictures.push({ canvas, camera, mode, whole });
     const oldest = this.#pictures.length > MOST_PICTURES ? this.#pictures.shift() : undefined;
     if (oldest) {
       this.#drop(oldest);
@@ -112,6 +120,12 @@ export class Stage {
       this.#spare.push(picture.canvas);
     }
   }
+}
+
+/** Whether two pictures show the same, of whatever size they are. */
+function sameView(a: Pinhole, b: Pinhole): boolean {
+  const shape = (a.width * b.height) / (a.height * b.width);
+  return samePose(a.pose, b.pose) && Math.abs(shape - 1) < 0.01;
 }
 
 /** Whether an older picture shows what the newest does not. */
