@@ -12,7 +12,7 @@ const PATHS = {
   open: "M6 15l6-6 6 6",
   plus: "M12 5v14M5 12h14",
   minus: "M5 12h14",
-  more: "M6 12h.01M12 12h.01M18 12h.01",
+  more: "M5.4 12a.6.6 0 1 0 1.2 0 .6.6 0 1 0-1.2 0m6 0a.6.6 0 1 0 1.2 0 .6.6 0 1 0-1.2 0m6 0a.6.6 0 1 0 1.2 0 .6.6 0 1 0-1.2 0",
 } as const;
 
 export type Icon = keyof typeof PATHS;

@@ -115,8 +115,15 @@ export async function openStreet(
   });
 
   const stand = (panorama: Panorama) => visit.go({ ...pose.get(), eye: placeOf(panorama) });
-  const photographs = new PhotographDialog(clients.panoramas, scene.name, catalogue, (eye, place) =>
-    visit.go(lookingAt({ ...pose.get(), eye }, positionOf(place))),
+  const photographs = new PhotographDialog(
+    clients.panoramas,
+    scene.name,
+    catalogue,
+    (eye, place) => {
+      measuring.panel.fold();
+      host.focus({ preventScroll: true });
+      visit.go(lookingAt({ ...pose.get(), eye }, positionOf(place)));
+    },
   );
   const measuring = new Measuring(stage, referenceOf(scene), {
     open: (sight, place) => void photographs.open(sight, place),
@@ -202,6 +209,7 @@ export async function openStreet(
   steerByPointers(host, visit);
 
   page.append(
+    element("h1", { class: "unseen" }, TEXT.title(scene.name)),
     status.progress,
     element(
       "div",

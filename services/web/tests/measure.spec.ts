@@ -48,6 +48,14 @@ test("measures between places of the street, as they truly are", async ({
   await expect(page.locator(".ruler line")).toHaveCount(2);
   await keep("measured");
 
+  // A button says that it has copied, and then again what it copies.
+  const copy = panel.getByRole("button", { name: "Copy the position" }).first();
+  await copy.click();
+  const copied = panel.getByRole("button", { name: "Copied" });
+  await expect(copied).toHaveCount(1);
+  await expect(copied).toHaveCount(0);
+  await expect(panel.getByRole("button", { name: "Copy the position" })).toHaveCount(2);
+
   // The photographs that see a place can be opened.
   const list = panel.getByText(/photographs? see/).first();
   await list.click();

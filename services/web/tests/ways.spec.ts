@@ -410,6 +410,13 @@ test("can be used by keys alone", async ({ server, walker }) => {
   await page.keyboard.press("?");
   await expect(page.getByRole("dialog", { name: "How to move" })).toBeVisible();
   await page.keyboard.press("Escape");
+  // Where Enter acts is shown as long as it does.
+  const reticle = page.locator(".reticle");
+  await walker.stage.focus();
+  await expect(reticle).toHaveCSS("opacity", "0.9");
+  await page.keyboard.press("Tab");
+  await expect(reticle).toHaveCSS("opacity", "0");
+  await walker.stage.focus();
   // Tab reaches every tool, and each has a name.
   const names = new Set<string>();
   for (let count = 0; count < 14; count += 1) {
@@ -424,6 +431,69 @@ test("can be used by keys alone", async ({ server, walker }) => {
   for (const name of ["Street", "Measure", "Map", "Copy a link to this view", "How to move"]) {
     expect([...names]).toContain(name);
   }
+});
+
+test("the rarer layers can be chosen by keys alone", async ({ server, walker }) => {
+  await walker.open(server.url);
+  const { page } = walker;
+  const more = page.getByRole("button", { name: "More" });
+  const option = (name: string) => page.getByRole("radio", { name });
+  await more.focus();
+  await page.keyboard.press("Enter");
+  await expect(option("Point colours")).toBeFocused();
+  await page.keyboard.press("ArrowDown");
+  await expect(option("Wireframe")).toBeChecked();
+  await expect(more).toHaveAttribute("aria-expanded", "true");
+  await page.keyboard.press("Escape");
+  await expect(more).toBeFocused();
+  await expect(more).toHaveAttribute("aria-expanded", "false");
+  // What was chosen is where one goes on, and what is left closes.
+  await page.keyboard.press("Space");
+  await expect(option("Wireframe")).toBeFocused();
+  await page.keyboard.press("Tab");
+  await expect(more).toHaveAttribute("aria-expanded", "false");
+});
+
+test("has a heading, as pages do, and one can see that there is more", async ({
+  server,
+  walker,
+}) => {
+  await walker.open(server.url);
+  await expect(walker.page.getByRole("heading", { level: 1 })).toHaveText("sample · Flaneur");
+  const dots = walker.page.locator(".more-button path");
+  expect(await dots.evaluate((path: SVGPathElement) => path.getBBox().height)).toBeGreaterThan(1);
+});
+
+test("who wants nothing to move still sees that something is under way", async ({
+  server,
+  walker,
+}) => {
+  const { page } = walker;
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  await page.route("**/flaneur.v1.RenderService/Watch", () => {});
+  await page.goto(server.url);
+  const bar = page.locator(".progress .bar");
+  await expect(bar).toBeAttached();
+  const wide = () => bar.evaluate((it) => it.getBoundingClientRect());
+  await expect.poll(async () => (await wide()).width).toBeGreaterThan(1000);
+  expect((await wide()).left).toBe(0);
+  // So long a click is felt, milliseconds.
+  await walker.stage.evaluate((stage) => {
+    new MutationObserver((changes) => {
+      const isRing = (node: Node) => node instanceof Element && node.matches(".pulse");
+      for (const { addedNodes, removedNodes } of changes) {
+        if ([...addedNodes].some(isRing)) {
+          stage.dataset.felt = String(performance.now());
+        } else if ([...removedNodes].some(isRing)) {
+          stage.dataset.feltMs = String(performance.now() - Number(stage.dataset.felt));
+        }
+      }
+    }).observe(stage, { childList: true });
+  });
+  await walker.click([512, 500]);
+  await expect(walker.stage).toHaveAttribute("data-felt-ms", /\d/);
+  const felt = await walker.stage.evaluate((stage) => Number(stage.dataset.feltMs));
+  expect(felt).toBeGreaterThan(300);
 });
 
 test("without WebGL the street works, and the map is a plain one", async ({

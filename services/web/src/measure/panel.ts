@@ -19,6 +19,9 @@ import {
 } from "./measurement";
 import { sideFor } from "./side";
 
+/** So long a button says that it has copied, milliseconds. */
+const COPIED_MS = 2000;
+
 /** What the panel leads to. */
 export interface MeasurePanelEvents {
   close(): void;
@@ -33,6 +36,13 @@ export class MeasurePanel {
   readonly #body: HTMLElement;
   /** All that there is room for on a narrow screen, unless it is opened; and what is read aloud. */
   readonly #line = element("p", { class: "line", role: "status" });
+  readonly #handle = element("button", {
+    type: "button",
+    class: "plain handle",
+    "aria-label": TEXT.measureDetails,
+    "aria-expanded": "false",
+    "aria-controls": "measured",
+  });
   readonly root: HTMLElement;
 
   /** `reference` says what coordinates refer to. */
@@ -40,17 +50,9 @@ export class MeasurePanel {
     this.#reference = reference;
     this.#events = events;
     this.#body = element("div", { class: "body", id: "measured" });
-    const handle = element("button", {
-      type: "button",
-      class: "plain handle",
-      "aria-label": TEXT.measureDetails,
-      "aria-expanded": "false",
-      "aria-controls": "measured",
-    });
-    handle.append(icon("open"));
-    handle.addEventListener("click", () => {
-      const isOpen = this.root.classList.toggle("open");
-      handle.ariaExpanded = String(isOpen);
+    this.#handle.append(icon("open"));
+    this.#handle.addEventListener("click", () => {
+      this.#unfold(!this.root.classList.contains("open"));
     });
     const close = element("button", { type: "button", class: "plain", "aria-label": TEXT.close });
     close.append(icon("close"));
@@ -60,7 +62,7 @@ export class MeasurePanel {
       {},
       element("h2", {}, TEXT.measurePanel),
       this.#line,
-      handle,
+      this.#handle,
       close,
     );
     this.root = element(
@@ -96,11 +98,21 @@ export class MeasurePanel {
     this.#line.textContent = asking ? TEXT.measuring : lineOf(from, to);
   }
 
+  /** Where it is a line, it is no more than that. */
+  fold(): void {
+    this.#unfold(false);
+  }
+
   /** Goes out of the way of places on the page. */
   spare(places: readonly ScreenPoint[]): void {
     const now = this.root.classList.contains("left") ? "left" : "right";
     const side = sideFor(this.root.getBoundingClientRect(), window.innerWidth, places, now);
     this.root.classList.toggle("left", side === "left");
+  }
+
+  #unfold(open: boolean): void {
+    this.root.classList.toggle("open", open);
+    this.#handle.ariaExpanded = String(open);
   }
 
   #placeOf(place: Place, letter: string, lettered: boolean): HTMLElement {
@@ -166,7 +178,14 @@ export class MeasurePanel {
       list.append(element("li", {}, open));
     }
     const count = TEXT.photographs(place.photographs.length);
-    return element("details", {}, element("summary", {}, count), list);
+    const details = element("details", {}, element("summary", {}, count), list);
+    // What was asked for is seen.
+    details.addEventListener("toggle", () => {
+      if (details.open) {
+        details.scrollIntoView({ block: "nearest" });
+      }
+    });
+    return details;
   }
 }
 
@@ -244,10 +263,16 @@ function copy(text: string, name: string): HTMLElement {
   const label = { "aria-label": name, title: name };
   const button = element("button", { type: "button", class: "text copy", ...label });
   button.append(icon("copy"));
+  let timer: ReturnType<typeof setTimeout> | undefined;
   button.addEventListener("click", async () => {
     if (await copyText(text)) {
       button.replaceChildren(icon("done"));
       button.ariaLabel = TEXT.copied;
+      clearTimeout(timer);
+      timer = setTimeout(() => {
+        button.replaceChildren(icon("copy"));
+        button.ariaLabel = name;
+      }, COPIED_MS);
     }
   });
   return button;

@@ -19,7 +19,13 @@ export function layerSwitches(layer: Value<Layer>): HTMLElement {
     more.hidden = !open;
     button.setAttribute("aria-expanded", String(open));
   };
-  button.addEventListener("click", () => expand(more.hidden));
+  button.addEventListener("click", (event) => {
+    expand(more.hidden);
+    if (!more.hidden && event.detail === 0) {
+      // Whoever came by keys would pass by: of all that can be chosen Tab reaches what is chosen alone.
+      (more.querySelector<HTMLInputElement>(":checked") ?? more.querySelector("input"))?.focus();
+    }
+  });
   const root = element(
     "fieldset",
     { class: "layers floating" },
@@ -37,6 +43,12 @@ export function layerSwitches(layer: Value<Layer>): HTMLElement {
   root.addEventListener("click", (event) => {
     // Whoever goes through them by keys goes on.
     if (event.target instanceof HTMLInputElement && event.detail > 0) {
+      expand(false);
+    }
+  });
+  // Whoever goes on by keys is done with it; the street has the keys after each click.
+  root.addEventListener("focusout", ({ relatedTarget: next }) => {
+    if (next instanceof Element && !next.matches(".stage") && !root.contains(next)) {
       expand(false);
     }
   });
