@@ -3,6 +3,11 @@ import type { ScreenPoint } from "../../src/controls/steering";
 import { readLink } from "../../src/state/url";
 import type { Pose } from "../../src/view/pose";
 
+/** So long after the last step the whole picture has been asked for, milliseconds, ... */
+const ASKED_MS = 100;
+/** ... and the address has followed. */
+const LINK_MS = 350;
+
 /** A person before the page. */
 export class Walker {
   readonly page: Page;
@@ -25,8 +30,9 @@ export class Walker {
     await this.sees("final");
   }
 
-  /** Waits until the picture is as good as that. */
+  /** Waits until the picture is as good as that, after what was done before has had its effect. */
   async sees(quality: string): Promise<void> {
+    await this.#steps(ASKED_MS);
     await expect(this.status).toHaveAttribute("data-quality", quality, { timeout: 60_000 });
   }
 
@@ -38,24 +44,51 @@ export class Walker {
     await expect.poll(asked).toBeGreaterThan(before);
   }
 
-  /** Where the address says one is, once it has been the same for a while. */
+  /** Where the address says one is, once nothing moves any more. */
   async pose(): Promise<Pose> {
-    let last = "";
+    // The street is drawn with every step: nothing was drawn, and the address has followed.
+    const drawn = () => this.stage.evaluate((stage) => stage.dataset.drawn);
+    await this.stage.evaluate((stage) => {
+      if (stage.dataset.drawn === undefined) {
+        stage.dataset.drawn = "";
+        stage.addEventListener("flaneur:shown", (event) => {
+          stage.dataset.drawn = JSON.stringify((event as CustomEvent).detail.pose);
+        });
+      }
+    });
+    let address = "";
     await expect
       .poll(
         async () => {
-          const before = last;
-          last = this.page.url();
-          return before === last;
+          const before = await drawn();
+          address = await this.#steps(LINK_MS);
+          return before === (await drawn());
         },
-        { intervals: [400] },
+        { intervals: [0] },
       )
       .toBe(true);
-    const { pose } = readLink(new URL(last).search);
+    const { pose } = readLink(new URL(address).search);
     if (!pose) {
-      throw new Error(`${last} says no pose`);
+      throw new Error(`${address} says no pose`);
     }
     return pose;
+  }
+
+  /**
+   * Lets the page draw, and so long pass by its own clock, which is behind that of the test where the
+   * machine is busy. Says its address then.
+   */
+  #steps(ms: number): Promise<string> {
+    return this.page.evaluate(async (ms) => {
+      const after = (ms: number) => new Promise((resolve) => setTimeout(resolve, ms));
+      const frame = () => new Promise((resolve) => requestAnimationFrame(resolve));
+      // A page in the background may not be drawn.
+      const frames = () => Promise.race([frame().then(frame), after(2000)]);
+      await frames();
+      await after(ms);
+      await frames();
+      return location.href;
+    }, ms);
   }
 
   /** The newest picture as it came, as a PNG in base 64. */
