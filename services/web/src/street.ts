@@ -129,6 +129,7 @@ export async function openStreet(
     open: (sight, place) => void photographs.open(sight, place),
     changed: (on) => {
       toolbar.measuring = on;
+      toolbar.mapShown = corner.isSeen;
       host.classList.toggle("measuring", on);
     },
   });
@@ -175,14 +176,21 @@ export async function openStreet(
         stand(panorama);
       }
     },
-    changed: (shown) => {
-      toolbar.mapShown = shown;
+    changed: () => {
+      toolbar.mapShown = corner.isSeen;
     },
     leave: () => host.focus({ preventScroll: true }),
   });
   const toolbar = new Toolbar({
     measure: () => measuring.toggle(),
-    map: () => corner.toggle(),
+    map: () => {
+      if (corner.isSeen || corner.root.hidden) {
+        corner.toggle();
+      }
+      if (!corner.root.hidden && !corner.isSeen) {
+        measuring.close();
+      }
+    },
     link: () => void copyLink(toast),
     help: () => help.showModal(),
   });
@@ -244,6 +252,7 @@ export async function openStreet(
     stage.show(pose.get());
     measuring.ruler.show(stage.shown);
     corner.follow(pose.get(), stage.shown);
+    toolbar.mapShown = corner.isSeen;
     visit.again();
   }).observe(host);
   window.addEventListener("online", () => session.hurry());

@@ -134,6 +134,38 @@ for (const screen of SCREENS) {
   });
 }
 
+test("the map and the tape, which share a place, are never both said to be there", async ({
+  server,
+  browser,
+}) => {
+  const walker = await touched(browser, [360, 640]);
+  const { page } = walker;
+  await walker.open(server.url);
+  const map = page.getByRole("button", { name: "Map", exact: true });
+  const measure = page.getByRole("button", { name: "Measure" });
+  const corner = page.locator(".inset-map");
+  const panel = page.locator(".measure-panel");
+  const isPressed = async (button: Locator, pressed: boolean) =>
+    expect(button).toHaveAttribute("aria-pressed", String(pressed));
+  await map.tap();
+  await expect(corner).toBeVisible();
+  await measure.tap();
+  await expect(panel).toBeVisible();
+  await expect(corner).toBeHidden();
+  await isPressed(map, false);
+  await map.tap();
+  await expect(corner).toBeVisible();
+  await expect(panel).toBeHidden();
+  await isPressed(map, true);
+  await isPressed(measure, false);
+  await map.tap();
+  await measure.tap();
+  await map.tap();
+  await expect(corner).toBeVisible();
+  await isPressed(map, true);
+  await page.context().close();
+});
+
 test("what a finger has touched does not stay marked", async ({ server, browser }) => {
   const walker = await touched(browser, [360, 640]);
   await walker.open(server.url);

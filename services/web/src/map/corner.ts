@@ -17,7 +17,8 @@ import { MapKeys } from "./steering";
 const NARROW_PX = 640;
 
 export interface MapCornerEvents extends InsetMapEvents {
-  changed(shown: boolean): void;
+  /** Shown or hidden. */
+  changed(): void;
   /** The keys are the street's again. */
   leave(): void;
 }
@@ -75,9 +76,14 @@ export class MapCorner {
     }, 200);
   }
 
+  /** Whether it is on the screen: on a small one a panel may take its place. */
+  get isSeen(): boolean {
+    return this.root.getClientRects().length > 0;
+  }
+
   toggle(): void {
     this.root.hidden = !this.root.hidden;
-    this.#events.changed(!this.root.hidden);
+    this.#events.changed();
     if (!this.root.hidden) {
       void this.#open();
       this.#map?.resized();
