@@ -110,6 +110,10 @@ fn a_budget_that_cannot_be_held_takes_the_cheapest_settings(place: &Place) {
         for refused in ["points_refused", "triangles_refused"] {
             assert_eq!(frame[refused], 0, "{frame}");
         }
+        for (drawn, resident) in [("points_drawn", "points"), ("triangles_drawn", "triangles")] {
+            let [drawn, resident] = [drawn, resident].map(|name| frame[name].as_u64());
+            assert!(drawn > Some(0) && drawn <= resident, "{frame}");
+        }
         let held = frame["budget"]["held"].as_bool().expect("settled");
         assert!(warned != held, "said where it is not held, and only there: {frame}");
         frame

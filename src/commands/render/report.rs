@@ -54,9 +54,13 @@ pub(crate) struct FrameReport {
     /// Bytes received until this picture.
     bytes_received: u64,
     points: u64,
+    /// Points of the chunks that meet the view.
+    points_drawn: u64,
     /// Points left out since the run began: not finite, or too far from their origin.
     points_refused: u64,
     triangles: u64,
+    /// Triangles of the tiles that meet the view.
+    triangles_drawn: u64,
     /// Triangles left out since the run began: with a corner that is not finite.
     triangles_refused: u64,
     images: u64,
@@ -136,8 +140,10 @@ impl FrameReport {
             since_start_ms,
             bytes_received,
             points: frame.stats.points,
+            points_drawn: frame.stats.points_drawn,
             points_refused: frame.stats.points_refused,
             triangles: frame.stats.triangles,
+            triangles_drawn: frame.stats.triangles_drawn,
             triangles_refused: frame.stats.triangles_refused,
             images: frame.stats.images,
             coverage: frame.stats.coverage(),
