@@ -22,7 +22,7 @@ test("says that the server is gone, and goes on where one was once it is back", 
     await keep("lost");
     const again = await Server.start(server.port);
     try {
-      await walker.page.getByRole("button", { name: "Try now" }).click();
+      await walker.tryNow();
       await walker.sees("final");
       const after = await walker.pose();
       expect(after.eye).toEqual(pose.eye);
@@ -57,7 +57,7 @@ test("shows nothing worse than before once the server is back", async ({ walker 
     });
     const again = await Server.start(server.port);
     try {
-      await walker.page.getByRole("button", { name: "Try now" }).click();
+      await walker.tryNow();
       await walker.sees("final");
       const seen = await walker.page.evaluate(
         () => (window as unknown as { seen: Record<string, number> }).seen,

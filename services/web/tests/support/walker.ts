@@ -30,6 +30,16 @@ export class Walker {
     await this.sees("final");
   }
 
+  /** Has the page look for its server now, unless it has found it by itself meanwhile. */
+  async tryNow(): Promise<void> {
+    const button = this.page.getByRole("button", { name: "Try now" });
+    await button.click({ timeout: 5000 }).catch(async (error: unknown) => {
+      if (await button.isVisible()) {
+        throw error;
+      }
+    });
+  }
+
   /** Waits until the picture is as good as that, after what was done before has had its effect. */
   async sees(quality: string): Promise<void> {
     await this.#steps(ASKED_MS);
