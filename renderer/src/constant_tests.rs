@@ -47,6 +47,7 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("TILE", tiles::TILE.into()),
         ("UNHEARD", rest::reference::UNHEARD),
         ("MAX_RIGS", rest::MAX_RIGS as f64),
+        ("AT_ONCE", rest::AT_ONCE as f64),
     ];
     let exposure = [
         // How far two measures of one surface may be apart.

@@ -9,7 +9,10 @@ use glam::UVec2;
 use crate::Gpu;
 
 /// A triangle over the whole viewport as `vs`, to be put before the shaders of such passes.
-pub(crate) const WHOLE_WGSL: &str = include_str!("screen.wgsl");
+pub(crate) const WHOLE_WGSL: &str =
+    concat!(include_str!("viewport.wgsl"), include_str!("screen.wgsl"));
+/// The same for shaders with a `vs` of their own.
+pub(crate) const VIEWPORT_WGSL: &str = include_str!("viewport.wgsl");
 
 /// The resources of a pass, bound in their order from 0.
 pub(crate) type Bindings<'a> = Vec<wgpu::BindingResource<'a>>;

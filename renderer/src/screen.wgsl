@@ -1,5 +1,6 @@
+// Needs viewport.wgsl.
+
 @vertex
 fn vs(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    // One triangle over the viewport.
-    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+    return corner_of_viewport(index);
 }

@@ -7,14 +7,11 @@
 //!
 //! Equations and reasons are in reference.rs.
 
-use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
-
 use bytemuck::Zeroable as _;
 use glam::Vec3;
 use wgpu::util::DeviceExt as _;
 
-use crate::screen::WHOLE_WGSL;
+use crate::screen::VIEWPORT_WGSL;
 use crate::shade::photograph::Drawn;
 use crate::shade::reference::NEAREST_M;
 use crate::shade::{BLEND_WGSL, CHOICE_FORMAT};
@@ -33,7 +30,7 @@ pub(crate) const HEARD_WGSL: &str = include_str!("heard.wgsl");
 
 /// The shader that finds out who counts.
 pub(crate) fn limit_wgsl() -> String {
-    let parts = [octahedral::WGSL, PLACE_WGSL, WHOLE_WGSL, BLEND_WGSL, HEARD_WGSL];
+    let parts = [octahedral::WGSL, PLACE_WGSL, VIEWPORT_WGSL, BLEND_WGSL, HEARD_WGSL];
     [&parts.concat(), include_str!("limit.wgsl")].concat()
 }
 
@@ -51,18 +48,18 @@ pub(crate) mod gpu_data {
     }
 }
 
-/// The pipelines of this pass.
+/// The pipeline of this pass.
 #[derive(Debug)]
 pub(crate) struct RestPass {
-    module: wgpu::ShaderModule,
-    /// By how many rigs they ask, made when first needed.
-    limit: Mutex<BTreeMap<usize, wgpu::RenderPipeline>>,
+    limit: wgpu::RenderPipeline,
 }
 
 /// The weight of what was said of pixels of which the nearest have spoken.
 pub(crate) const SAID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 /// Room for rigs, as in limit.wgsl: one for each bit of a word that says who is asked, less the nearest.
 pub(crate) const MAX_RIGS: usize = 30;
+/// How many are asked at once, as in limit.wgsl: those of eight, less the nearest.
+pub(crate) const AT_ONCE: usize = 6;
 /// Stands for all rigs that have no bit of their own.
 const LAST_BIT: u32 = 31;
 /// Cameras that may be anywhere.
@@ -88,7 +85,35 @@ impl RestPass {
             label: Some("limit"),
             source: wgpu::ShaderSource::Wgsl(limit_wgsl().into()),
         });
-        Self { module, limit: Mutex::default() }
+        let limit = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("limit"),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("vs"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            // Each instance leaves the least depth.
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: CHOICE_FORMAT,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::LessEqual),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("fs"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(SAID_FORMAT.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Self { limit }
     }
 
     /// Finds out where the photographs of `rest` count, ordered by rig; which of them are asked about which
@@ -103,13 +128,13 @@ impl RestPass {
     ) -> TileBoxes {
         let Spoken { positions, orientations, nearest, said, choice } = spoken;
         let rigs = rigs_of(rest);
-        let pipeline = self.limit_of(gpu, rigs.len());
+        let instances = rigs.len().div_ceil(AT_ONCE) as u32;
         let mut room = [gpu_data::Rig::zeroed(); MAX_RIGS];
         room.iter_mut().zip(rigs).for_each(|(slot, rig)| *slot = rig);
         let rigs = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("rest"),
             contents: bytemuck::cast_slice(&room),
-            usage: wgpu::BufferUsages::STORAGE,
+            usage: wgpu::BufferUsages::UNIFORM,
         });
         let boxes = boxes.asking_nobody(gpu);
         let view = wgpu::BindingResource::TextureView;
@@ -127,7 +152,7 @@ impl RestPass {
             .collect();
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("rest"),
-            layout: &pipeline.get_bind_group_layout(0),
+            layout: &self.limit.get_bind_group_layout(0),
             entries: &entries,
         });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -144,7 +169,7 @@ impl RestPass {
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: choice,
                 depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(0.0),
+                    load: wgpu::LoadOp::Clear(1.0),
                     store: wgpu::StoreOp::Store,
                 }),
                 stencil_ops: Some(wgpu::Operations {
@@ -154,49 +179,11 @@ impl RestPass {
             }),
             ..Default::default()
         });
-        pass.set_pipeline(&pipeline);
+        pass.set_pipeline(&self.limit);
         pass.set_bind_group(0, &group, &[]);
-        pass.draw(0..3, 0..1);
+        pass.draw(0..3, 0..instances);
         drop(pass);
         boxes
-    }
-
-    fn limit_of(&self, gpu: &Gpu, rigs: usize) -> wgpu::RenderPipeline {
-        let mut made = self.limit.lock().unwrap_or_else(PoisonError::into_inner);
-        made.entry(rigs).or_insert_with(|| self.pipeline(gpu, rigs)).clone()
-    }
-
-    fn pipeline(&self, gpu: &Gpu, rigs: usize) -> wgpu::RenderPipeline {
-        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("limit"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &self.module,
-                entry_point: Some("vs"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: CHOICE_FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Always),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &self.module,
-                entry_point: Some("fs"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &[("RIGS", rigs as f64)],
-                    ..Default::default()
-                },
-                targets: &[Some(SAID_FORMAT.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
     }
 }
 

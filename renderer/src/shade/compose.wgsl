@@ -1,5 +1,5 @@
 // The picture: what the photographs say together, or what is known without them. Needs
-// place.wgsl and srgb.wgsl. `Frame` as in photograph.wgsl.
+// place.wgsl, srgb.wgsl and viewport.wgsl. `Frame` as in photograph.wgsl.
 
 struct Frame {
     forward: vec3<f32>,
@@ -47,9 +47,7 @@ struct Corner {
 
 @vertex
 fn vs(@builtin(vertex_index) index: u32) -> Corner {
-    // One triangle over the viewport.
-    let position = vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
-    return Corner(position, frame.background, 1.0 / spanned);
+    return Corner(corner_of_viewport(index), frame.background, 1.0 / spanned);
 }
 
 // sRGB, and in alpha the code of `Surface` in frame.rs.

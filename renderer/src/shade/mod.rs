@@ -19,7 +19,7 @@ use crate::forward::Sprites;
 use crate::frustum::Frustum;
 use crate::photographs::atlas::Atlas;
 use crate::rest::{HEARD_WGSL, NEAREST, RestPass, Spoken};
-use crate::screen::{ScreenPass, screen_pass_with};
+use crate::screen::{ScreenPass, VIEWPORT_WGSL, screen_pass_with};
 use crate::surface::PLACE_WGSL;
 use crate::targets::Targets;
 use crate::tiles::Tiled;
@@ -83,7 +83,8 @@ pub(crate) fn deferred_wgsl() -> String {
 
 /// The shader that makes the picture.
 pub(crate) fn compose_wgsl() -> String {
-    [SRGB_WGSL, octahedral::WGSL, PLACE_WGSL, include_str!("compose.wgsl")].concat()
+    let shared = [SRGB_WGSL, octahedral::WGSL, PLACE_WGSL, VIEWPORT_WGSL];
+    [&shared.concat(), include_str!("compose.wgsl")].concat()
 }
 
 pub(crate) mod gpu_data {

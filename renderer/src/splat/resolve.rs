@@ -5,6 +5,7 @@ use wgpu::util::DeviceExt as _;
 use super::{DRAWN_WGSL, ViewTarget, entry};
 use crate::Gpu;
 use crate::points::{DrawList, PointStore};
+use crate::screen::VIEWPORT_WGSL;
 use crate::settings::SplatNormals;
 
 /// Position relative to the eye as three f32, and the point's code; 0 where no point is seen.
@@ -18,7 +19,7 @@ pub(crate) fn wgsl(normals: SplatNormals) -> String {
         SplatNormals::Eye => include_str!("winner_eye.wgsl"),
         SplatNormals::Estimated => include_str!("winner_estimated.wgsl"),
     };
-    [winner, DRAWN_WGSL, include_str!("resolve.wgsl")].concat()
+    [winner, DRAWN_WGSL, VIEWPORT_WGSL, include_str!("resolve.wgsl")].concat()
 }
 
 pub(crate) mod gpu_data {

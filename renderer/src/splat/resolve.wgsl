@@ -1,6 +1,6 @@
 // Which point each pixel shows: its position and code, from the index that won. One pass a
-// page of points, each over what the others left. Needs drawn.wgsl, and
-// winner_eye.wgsl or winner_estimated.wgsl.
+// page of points, each over what the others left. Needs drawn.wgsl,
+// viewport.wgsl, and winner_eye.wgsl or winner_estimated.wgsl.
 
 // Mirrors `gpu_data::Page` in splat/resolve.rs.
 struct Page {
@@ -21,8 +21,7 @@ struct Page {
 
 @vertex
 fn vs(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    // One triangle over the viewport.
-    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+    return corner_of_viewport(index);
 }
 
 @fragment

@@ -5,7 +5,7 @@
 
 use wgpu::util::DeviceExt as _;
 
-use crate::screen::{Bindings, ScreenPass, screen_pass_with};
+use crate::screen::{Bindings, ScreenPass, VIEWPORT_WGSL, screen_pass_with};
 use crate::targets::Targets;
 use crate::{Gpu, camera, lens, octahedral, splat};
 
@@ -20,7 +20,8 @@ pub(crate) const ORIENTATION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::
 /// The whole shader.
 pub(crate) fn wgsl() -> String {
     let surface = include_str!("surface.wgsl");
-    [camera::WGSL, lens::WGSL, octahedral::WGSL, PLACE_WGSL, splat::PLANE_WGSL, surface].concat()
+    let shared = [camera::WGSL, lens::WGSL, octahedral::WGSL, PLACE_WGSL, splat::PLANE_WGSL];
+    [&shared.concat(), VIEWPORT_WGSL, surface].concat()
 }
 
 pub(crate) mod gpu_data {

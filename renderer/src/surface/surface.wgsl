@@ -1,5 +1,5 @@
 // Which surface each pixel of the picture shows. Needs camera.wgsl, lens.wgsl,
-// octahedral.wgsl, place.wgsl and plane.wgsl.
+// octahedral.wgsl, place.wgsl, plane.wgsl and viewport.wgsl.
 
 // Mirrors `View` in surface/mod.rs.
 struct View {
@@ -53,9 +53,7 @@ var<private> camera: Camera;
 fn vs(@builtin(vertex_index) index: u32) -> Corner {
     let c = view.camera;
     var corner: Corner;
-    // One triangle over the viewport.
-    corner.position =
-        vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+    corner.position = corner_of_viewport(index);
     corner.right = vec4(c.right, f32(c.orthographic));
     corner.down = vec4(c.down, f32(c.size.x));
     corner.forward = vec4(c.forward, f32(c.size.y));
