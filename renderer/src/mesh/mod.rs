@@ -142,10 +142,12 @@ impl MeshStore {
         self.tiles.values().map(|tile| u64::from(tile.index_count) / 3).sum()
     }
 
-    /// What `frustum` may see, placed relative to `centre`.
+    /// What `frustum` may see, placed relative to `centre`; the nearest first, so that they hide
+    /// others before those are drawn.
     pub(crate) fn draw_list(&self, gpu: &Gpu, frustum: &Frustum, centre: DVec3) -> DrawList<'_> {
-        let tiles: Vec<&Tile> =
+        let mut tiles: Vec<&Tile> =
             self.tiles.values().filter(|tile| frustum.meets_box(&tile.bounds, 0.0)).collect();
+        tiles.sort_by(|a, b| a.bounds.distance(centre).total_cmp(&b.bounds.distance(centre)));
         let origins: Vec<[f32; 3]> =
             tiles.iter().map(|tile| (tile.origin - centre).as_vec3().to_array()).collect();
         let origins = (!origins.is_empty()).then(|| {
