@@ -4,6 +4,7 @@
 extern crate self as flaneur_renderer;
 
 mod align;
+mod bindings;
 mod camera;
 mod complete;
 #[cfg(test)]

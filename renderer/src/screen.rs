@@ -7,15 +7,13 @@
 use glam::UVec2;
 
 use crate::Gpu;
+use crate::bindings::{Bindings, bind_group};
 
 /// A triangle over the whole viewport as `vs`, to be put before the shaders of such passes.
 pub(crate) const WHOLE_WGSL: &str =
     concat!(include_str!("viewport.wgsl"), include_str!("screen.wgsl"));
 /// The same for shaders with a `vs` of their own.
 pub(crate) const VIEWPORT_WGSL: &str = include_str!("viewport.wgsl");
-
-/// The resources of a pass, bound in their order from 0.
-pub(crate) type Bindings<'a> = Vec<wgpu::BindingResource<'a>>;
 
 /// A part of a target, texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,18 +127,7 @@ impl ScreenPass {
         parts: Vec<(Option<Region>, Bindings<'_>)>,
         targets: &[&wgpu::TextureView],
     ) {
-        let group = |bindings: Bindings<'_>| {
-            let entries: Vec<_> = bindings
-                .into_iter()
-                .zip(0..)
-                .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
-                .collect();
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(self.label),
-                layout: &self.pipeline.get_bind_group_layout(0),
-                entries: &entries,
-            })
-        };
+        let layout = self.pipeline.get_bind_group_layout(0);
         let attachments: Vec<_> = targets
             .iter()
             .map(|view| {
@@ -165,7 +152,7 @@ impl ScreenPass {
             if let Some(region) = region {
                 region.set(&mut pass);
             }
-            pass.set_bind_group(0, &group(bindings), &[]);
+            pass.set_bind_group(0, &bind_group(gpu, self.label, &layout, bindings), &[]);
             pass.draw(0..3, 0..1);
         }
     }

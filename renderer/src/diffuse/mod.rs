@@ -7,7 +7,7 @@ use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
 use crate::Gpu;
-use crate::screen::Bindings;
+use crate::bindings::{Bindings, bind_group};
 
 mod levels;
 pub(crate) mod reference;
@@ -125,18 +125,9 @@ fn run(
     bindings: Bindings<'_>,
     [x, y, z]: [u32; 3],
 ) {
-    let entries: Vec<_> = bindings
-        .into_iter()
-        .zip(0..)
-        .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
-        .collect();
-    let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("diffuse"),
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &entries,
-    });
+    let group = bind_group(gpu, "diffuse", &pipeline.get_bind_group_layout(0), bindings);
     pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, &bind_group, &[]);
+    pass.set_bind_group(0, &group, &[]);
     pass.dispatch_workgroups(x, y, z);
 }
 

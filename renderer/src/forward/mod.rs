@@ -13,6 +13,7 @@
 
 use wgpu::util::DeviceExt as _;
 
+use crate::bindings::bind_group;
 use crate::camera::gpu_data::Camera;
 use crate::settings::Texturing;
 use crate::surface::PLACE_WGSL;
@@ -182,8 +183,9 @@ impl ForwardPass {
         let words = wgpu::BindingResource::Buffer;
         let group = bind_group(
             gpu,
+            "sprites",
             &self.gather.layout,
-            vec![
+            [
                 view.as_entire_binding(),
                 texture(&targets.records.positions),
                 texture(&targets.records.orientations),
@@ -204,8 +206,9 @@ impl ForwardPass {
         }
         let group = bind_group(
             gpu,
+            "sprites",
             &self.layout,
-            vec![
+            [
                 view.as_entire_binding(),
                 texture(&targets.winners),
                 texture(&targets.winning_normals),
@@ -304,22 +307,6 @@ fn layout(
         .collect();
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some(label),
-        entries: &entries,
-    })
-}
-
-fn bind_group(
-    gpu: &Gpu,
-    layout: &wgpu::BindGroupLayout,
-    resources: Vec<wgpu::BindingResource<'_>>,
-) -> wgpu::BindGroup {
-    let entries: Vec<_> = (0..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-        .collect();
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("sprites"),
-        layout,
         entries: &entries,
     })
 }

@@ -6,13 +6,11 @@
 
 use std::collections::BTreeMap;
 
-use wgpu::util::DeviceExt as _;
-
+use crate::bindings::{bind_group, bind_group_at};
 use crate::depth_map::{DepthMaps, POINT_WGSL};
 use crate::photographs::atlas::Atlas;
-use crate::shade::photograph::gpu_data::Photograph;
 use crate::shade::photograph::{Drawn, Kind};
-use crate::shade::{PHOTOGRAPH_STRIDE, PHOTOGRAPH_WGSL, TEXEL_WGSL};
+use crate::shade::{PHOTOGRAPH_WGSL, PhotographUniforms, TEXEL_WGSL};
 use crate::stages::Stages;
 use crate::targets::read_back;
 use crate::{Gpu, RenderError, SRGB_WGSL, lens};
@@ -126,30 +124,13 @@ impl MeasurePass {
         self.release_but(count);
         let Buffers { places: place_buffer, samples, readback, .. } =
             &*self.buffers.get_or_insert_with(|| Buffers::new(gpu, count));
-        let mut contents = vec![0; PHOTOGRAPH_STRIDE * count];
-        for (slot, drawn) in contents.chunks_mut(PHOTOGRAPH_STRIDE).zip(photographs) {
-            let data = bytemuck::bytes_of(&drawn.data);
-            slot[..data.len()].copy_from_slice(data);
-        }
-        let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("photographs"),
-            contents: &contents,
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let uniforms = PhotographUniforms::new(gpu, photographs);
         for drawn in photographs {
             self.measure.entry(drawn.kind).or_insert_with(|| {
                 pipeline(gpu, "measure", measure_wgsl(), &drawn.kind.constants())
             });
         }
 
-        let group = |pipeline: &wgpu::ComputePipeline, index, entries: &[_]| {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("measure"),
-                layout: &pipeline.get_bind_group_layout(index),
-                entries,
-            })
-        };
-        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         let view = wgpu::BindingResource::TextureView;
         let slice = |buffer, index: u64, bytes| {
             wgpu::BindingResource::Buffer(wgpu::BufferBinding {
@@ -158,12 +139,9 @@ impl MeasurePass {
                 size: std::num::NonZero::new(bytes),
             })
         };
-        let photograph = |index: u64| {
-            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer: &uniform,
-                offset: index * PHOTOGRAPH_STRIDE as u64,
-                size: std::num::NonZero::new(size_of::<Photograph>() as u64),
-            })
+        let photograph = |pipeline: &wgpu::ComputePipeline, index: u64| {
+            let layout = pipeline.get_bind_group_layout(1);
+            bind_group(gpu, "measure", &layout, [uniforms.of(index as usize)])
         };
         let (map_mesh, map_points) = (maps.mesh_view(), maps.points_view());
         let atlases = atlas.views();
@@ -173,27 +151,28 @@ impl MeasurePass {
             pass.set_pipeline(&self.spread);
             for index in 0..count as u64 {
                 let own = slice(place_buffer, index, u64::from(places_each) * PLACE_BYTES);
-                let entries =
-                    [entry(3, view(&map_mesh)), entry(4, view(&map_points)), entry(6, own)];
-                pass.set_bind_group(0, &group(&self.spread, 0, &entries), &[]);
-                let entries = [entry(0, photograph(index))];
-                pass.set_bind_group(1, &group(&self.spread, 1, &entries), &[]);
+                let resources = [(3, view(&map_mesh)), (4, view(&map_points)), (6, own)];
+                let layout = self.spread.get_bind_group_layout(0);
+                pass.set_bind_group(0, &bind_group_at(gpu, "spread", &layout, resources), &[]);
+                pass.set_bind_group(1, &photograph(&self.spread, index), &[]);
                 pass.dispatch_workgroups(columns, rows, 1);
             }
             for (index, drawn) in (0..).zip(photographs) {
                 let Some(measure) = self.measure.get(&drawn.kind) else { continue };
                 pass.set_pipeline(measure);
-                let entries = [
-                    entry(3, view(&map_mesh)),
-                    entry(4, view(&map_points)),
-                    entry(8, wgpu::BindingResource::Sampler(&self.unfiltered)),
-                    entry(6, place_buffer.as_entire_binding()),
-                    entry(7, slice(samples, index, places * SAMPLE_BYTES)),
+                let resources = [
+                    (3, view(&map_mesh)),
+                    (4, view(&map_points)),
+                    (6, place_buffer.as_entire_binding()),
+                    (7, slice(samples, index, places * SAMPLE_BYTES)),
+                    (8, wgpu::BindingResource::Sampler(&self.unfiltered)),
                 ];
-                pass.set_bind_group(0, &group(measure, 0, &entries), &[]);
-                pass.set_bind_group(1, &group(measure, 1, &[entry(0, photograph(index))]), &[]);
-                let entries = [entry(0, view(&atlases[drawn.atlas]))];
-                pass.set_bind_group(2, &group(measure, 2, &entries), &[]);
+                let layout = measure.get_bind_group_layout(0);
+                pass.set_bind_group(0, &bind_group_at(gpu, "measure", &layout, resources), &[]);
+                pass.set_bind_group(1, &photograph(measure, index), &[]);
+                let layout = measure.get_bind_group_layout(2);
+                let group = bind_group(gpu, "measure", &layout, [view(&atlases[drawn.atlas])]);
+                pass.set_bind_group(2, &group, &[]);
                 pass.dispatch_workgroups(columns * rows * count as u32, 1, 1);
             }
         }

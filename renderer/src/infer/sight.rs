@@ -4,14 +4,13 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use wgpu::util::DeviceExt as _;
-
 use super::Evidence;
 use super::grid::{RANK_FORMAT, SIGHT_FORMAT};
 use crate::Gpu;
+use crate::bindings::{bind_group, bind_group_at};
 use crate::screen::Region;
-use crate::shade::photograph::{Drawn, Kind, gpu_data::Photograph};
-use crate::shade::{self, PHOTOGRAPH_STRIDE};
+use crate::shade::photograph::{Drawn, Kind};
+use crate::shade::{self, PhotographUniforms, atlas_groups};
 use crate::tiles::{TILE_ATTRIBUTE, TileLists};
 
 #[derive(Debug)]
@@ -78,38 +77,9 @@ impl SightPass {
         sights: Sights<'_>,
     ) {
         let Evidence { photographs, atlas, .. } = evidence;
-        let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("sight"),
-                layout,
-                entries,
-            })
-        };
-        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-        let view = wgpu::BindingResource::TextureView;
-        let mut contents = vec![0; PHOTOGRAPH_STRIDE * photographs.len().max(1)];
-        for (slot, drawn) in contents.chunks_mut(PHOTOGRAPH_STRIDE).zip(photographs) {
-            let data = bytemuck::bytes_of(&drawn.data);
-            slot[..data.len()].copy_from_slice(data);
-        }
-        let contents = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("sight"),
-            contents: &contents,
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
         let [frame_layout, photograph_layout, atlas_layout] = &self.layouts;
-        // One group each: with dynamic offsets Mesa's software driver loses memory at every draw.
-        let of_photograph = |index: u32| {
-            let binding = wgpu::BufferBinding {
-                buffer: &contents,
-                offset: u64::from(index) * PHOTOGRAPH_STRIDE as u64,
-                size: std::num::NonZero::new(size_of::<Photograph>() as u64),
-            };
-            group(photograph_layout, &[entry(0, wgpu::BindingResource::Buffer(binding))])
-        };
-        let views = atlas.views();
-        let atlases: Vec<_> =
-            views.iter().map(|atlas| group(atlas_layout, &[entry(0, view(atlas))])).collect();
+        let uniforms = PhotographUniforms::new(gpu, photographs);
+        let atlases = atlas_groups(gpu, atlas_layout, atlas);
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         let numbered: Vec<(u32, &Drawn)> = (0..).zip(photographs).collect();
         let rigs: Vec<&[(u32, &Drawn)]> =
@@ -142,13 +112,14 @@ impl SightPass {
             }
             let unfiltered = (8, wgpu::BindingResource::Sampler(&self.unfiltered));
             let inputs = inputs.into_iter().chain([unfiltered]);
-            let inputs: Vec<_> = inputs.map(|(binding, input)| entry(binding, input)).collect();
-            pass.set_bind_group(0, &group(frame_layout, &inputs), &[]);
+            pass.set_bind_group(0, &bind_group_at(gpu, "sight", frame_layout, inputs), &[]);
             for (index, drawn) in rigs.get(rig).copied().unwrap_or_default() {
                 let kind = drawn.kind;
                 let pipeline = pipelines.entry(kind).or_insert_with(|| self.pipeline(gpu, kind));
                 pass.set_pipeline(pipeline);
-                pass.set_bind_group(1, &of_photograph(*index), &[]);
+                let photograph = [uniforms.of(*index as usize)];
+                let photograph = bind_group(gpu, "sight", photograph_layout, photograph);
+                pass.set_bind_group(1, &photograph, &[]);
                 pass.set_bind_group(2, &atlases[drawn.atlas], &[]);
                 tiles.draw(&mut pass, *index, false);
             }

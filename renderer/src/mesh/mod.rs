@@ -10,6 +10,7 @@ use flaneur_scene::{Bounds3, MeshTile, TileKey};
 use glam::{DVec3, Vec3};
 use wgpu::util::DeviceExt as _;
 
+use crate::bindings::bind_group;
 use crate::camera::gpu_data::Camera;
 use crate::frustum::Frustum;
 use crate::{Gpu, RenderError, camera};
@@ -338,13 +339,10 @@ fn draw(
     let [width, height] = camera.size;
     pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 1.0);
     for pipeline in [Some(pipelines.surfaces), pipelines.edges].into_iter().flatten() {
-        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("mesh"),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
-        });
+        let layout = pipeline.get_bind_group_layout(0);
+        let group = bind_group(gpu, "mesh", &layout, [uniform.as_entire_binding()]);
         pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &bind_group, &[]);
+        pass.set_bind_group(0, &group, &[]);
         list.draw(&mut pass);
     }
 }

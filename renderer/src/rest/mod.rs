@@ -11,6 +11,7 @@ use bytemuck::Zeroable as _;
 use glam::Vec3;
 use wgpu::util::DeviceExt as _;
 
+use crate::bindings::bind_group;
 use crate::screen::VIEWPORT_WGSL;
 use crate::shade::photograph::Drawn;
 use crate::shade::reference::NEAREST_M;
@@ -138,23 +139,18 @@ impl RestPass {
         });
         let boxes = boxes.asking_nobody(gpu);
         let view = wgpu::BindingResource::TextureView;
-        let resources = [
-            view(positions),
-            view(orientations),
-            view(nearest),
-            rigs.as_entire_binding(),
-            boxes.asked.as_entire_binding(),
-        ];
-        let entries: Vec<_> = resources
-            .into_iter()
-            .zip(0..)
-            .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("rest"),
-            layout: &self.limit.get_bind_group_layout(0),
-            entries: &entries,
-        });
+        let group = bind_group(
+            gpu,
+            "rest",
+            &self.limit.get_bind_group_layout(0),
+            [
+                view(positions),
+                view(orientations),
+                view(nearest),
+                rigs.as_entire_binding(),
+                boxes.asked.as_entire_binding(),
+            ],
+        );
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("rest"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {

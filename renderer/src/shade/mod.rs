@@ -13,6 +13,7 @@ use std::ops::Range;
 
 use wgpu::util::DeviceExt as _;
 
+use crate::bindings::bind_group;
 use crate::complete::Completion;
 use crate::depth_map::DepthMaps;
 use crate::forward::Sprites;
@@ -30,11 +31,12 @@ mod pipelines;
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
+mod uniforms;
 
 use photograph::Drawn;
-use photograph::gpu_data::Photograph;
 pub(crate) use pipelines::blend_format;
 use pipelines::{Key, PhotographPipelines};
+pub(crate) use uniforms::PhotographUniforms;
 
 /// The weights, to be put before the shaders that use them.
 pub(crate) const BLEND_WGSL: &str = include_str!("blend.wgsl");
@@ -47,8 +49,6 @@ pub(crate) const TEXEL_WGSL: &str = include_str!("texel.wgsl");
 pub(crate) const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Holds which camera of a rig was chosen, and how well it sees.
 pub(crate) const CHOICE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
-/// Bytes between photographs in their uniform buffer: no device wants more.
-pub(crate) const PHOTOGRAPH_STRIDE: usize = 256;
 /// Photographs that a stencil can tell apart.
 const MAX_PHOTOGRAPHS: u32 = 255;
 
@@ -309,67 +309,44 @@ impl ShadePass {
         sources: Sources<'_>,
         targets: &Targets,
     ) -> Groups {
-        let group = |label, layout, entries: &[wgpu::BindGroupEntry<'_>]| {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(label),
-                layout,
-                entries,
-            })
-        };
-        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         let view = wgpu::BindingResource::TextureView;
+        let sampler = wgpu::BindingResource::Sampler;
         let of_frame = uniform(gpu, bytemuck::bytes_of(frame));
-        let (map_mesh, map_points) = (sources.maps.mesh_view(), sources.maps.points_view());
-        let mut contents = vec![0; PHOTOGRAPH_STRIDE * sources.photographs.len().max(1)];
-        for (slot, drawn) in contents.chunks_mut(PHOTOGRAPH_STRIDE).zip(sources.photographs) {
-            let data = bytemuck::bytes_of(&drawn.data);
-            slot[..data.len()].copy_from_slice(data);
-        }
-        let buffer = uniform(gpu, &contents);
-        let photograph = |index: u64| wgpu::BufferBinding {
-            buffer: &buffer,
-            offset: index * PHOTOGRAPH_STRIDE as u64,
-            size: std::num::NonZero::new(size_of::<Photograph>() as u64),
-        };
-        let frame = group(
-            "frame",
-            &self.photographs.layouts.frame,
-            &[
-                entry(0, of_frame.as_entire_binding()),
-                entry(1, view(&targets.records.positions)),
-                entry(2, view(&targets.records.orientations)),
-                entry(3, view(&map_mesh)),
-                entry(4, view(&map_points)),
-                entry(5, wgpu::BindingResource::Sampler(&self.filtering)),
-                entry(6, view(sources.offsets)),
-                entry(7, view(&targets.said)),
-                entry(8, wgpu::BindingResource::Sampler(&self.unfiltered)),
-            ],
-        );
+        let uniforms = PhotographUniforms::new(gpu, sources.photographs);
+        let layouts = &self.photographs.layouts;
+        let photograph =
+            |index| bind_group(gpu, "photograph", &layouts.photograph, [uniforms.of(index)]);
         Groups {
-            frame,
-            // One group each: with dynamic offsets Mesa's software driver loses memory at every
-            // draw.
-            photographs: (0..)
-                .zip(sources.photographs)
-                .map(|(index, _)| {
-                    group(
-                        "photograph",
-                        &self.photographs.layouts.photograph,
-                        &[entry(0, wgpu::BindingResource::Buffer(photograph(index)))],
-                    )
-                })
-                .collect(),
-            atlases: sources
-                .atlas
-                .views()
-                .iter()
-                .map(|atlas| {
-                    group("atlas", &self.photographs.layouts.atlas, &[entry(0, view(atlas))])
-                })
-                .collect(),
+            frame: bind_group(
+                gpu,
+                "frame",
+                &layouts.frame,
+                [
+                    of_frame.as_entire_binding(),
+                    view(&targets.records.positions),
+                    view(&targets.records.orientations),
+                    view(&sources.maps.mesh_view()),
+                    view(&sources.maps.points_view()),
+                    sampler(&self.filtering),
+                    view(sources.offsets),
+                    view(&targets.said),
+                    sampler(&self.unfiltered),
+                ],
+            ),
+            photographs: (0..sources.photographs.len()).map(photograph).collect(),
+            atlases: atlas_groups(gpu, &layouts.atlas, sources.atlas),
         }
     }
+}
+
+/// The textures of an atlas, in the order in which photographs name them.
+pub(crate) fn atlas_groups(
+    gpu: &Gpu,
+    layout: &wgpu::BindGroupLayout,
+    atlas: &Atlas,
+) -> Vec<wgpu::BindGroup> {
+    let group = |view| bind_group(gpu, "atlas", layout, [wgpu::BindingResource::TextureView(view)]);
+    atlas.views().iter().map(group).collect()
 }
 
 struct Groups {

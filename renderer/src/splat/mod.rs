@@ -6,6 +6,7 @@
 //! of 64 bits or two phases of 32. The same pass fills the view's buffers and the photographs'
 //! depth maps.
 
+use crate::bindings::bind_group;
 use crate::camera::gpu_data::Camera;
 use crate::points::{DrawList, PointStore};
 use crate::settings::{SplatNormals, SplatRoute};
@@ -253,14 +254,11 @@ impl SplatPass {
         words: wgpu::BufferBinding<'_>,
     ) {
         let bytes = words.size.map_or(words.buffer.size(), std::num::NonZero::get);
-        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("fill"),
-            layout: &self.fill.get_bind_group_layout(0),
-            entries: &[entry(0, wgpu::BindingResource::Buffer(words))],
-        });
+        let layout = self.fill.get_bind_group_layout(0);
+        let group = bind_group(gpu, "fill", &layout, [wgpu::BindingResource::Buffer(words)]);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&self.fill);
-        pass.set_bind_group(0, &bind_group, &[]);
+        pass.set_bind_group(0, &group, &[]);
         // A row of workgroups has a limit of 65535.
         let groups = u32::try_from(bytes.div_ceil(4 * 256)).unwrap_or(u32::MAX);
         let columns = groups.clamp(1, 4096);
@@ -291,8 +289,4 @@ fn job(camera: &Camera, stride: u32, max_radius_px: f32, push: [f32; 2]) -> gpu_
         padding_0: 0,
         padding_1: 0,
     }
-}
-
-fn entry(binding: u32, resource: wgpu::BindingResource<'_>) -> wgpu::BindGroupEntry<'_> {
-    wgpu::BindGroupEntry { binding, resource }
 }

@@ -7,8 +7,9 @@
 use glam::UVec2;
 use wgpu::util::DeviceExt as _;
 
-use super::{Nearest, Route, entry, quads_wgsl};
+use super::{Nearest, Route, quads_wgsl};
 use crate::Gpu;
+use crate::bindings::bind_group_at;
 
 /// Most discs on the list: 4 MiB.
 const CAPACITY: u64 = 1 << 16;
@@ -74,8 +75,8 @@ impl Quads {
     }
 
     /// What the compute pass writes, bound from 7 on.
-    pub(super) fn bindings(&self) -> [wgpu::BindGroupEntry<'_>; 2] {
-        [entry(7, self.arguments.as_entire_binding()), entry(8, self.list.as_entire_binding())]
+    pub(super) fn bindings(&self) -> [(u32, wgpu::BindingResource<'_>); 2] {
+        [(7, self.arguments.as_entire_binding()), (8, self.list.as_entire_binding())]
     }
 
     /// Empties the list.
@@ -96,18 +97,12 @@ impl Quads {
             (Route::Atomic64, Some(pipeline)) => pipeline,
             _ => &self.atomic_32,
         };
-        let mut entries = vec![
-            entry(0, wgpu::BindingResource::Buffer(job)),
-            entry(8, self.list.as_entire_binding()),
-        ];
-        for (target, binding) in nearest.bindings().into_iter().zip(4..) {
-            entries.push(entry(binding, wgpu::BindingResource::Buffer(target)));
-        }
-        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("large discs"),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
+        let mut resources =
+            vec![(0, wgpu::BindingResource::Buffer(job)), (8, self.list.as_entire_binding())];
+        resources
+            .extend((4..).zip(nearest.bindings().into_iter().map(wgpu::BindingResource::Buffer)));
+        let layout = pipeline.get_bind_group_layout(0);
+        let group = bind_group_at(gpu, "large discs", &layout, resources);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("large discs"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -122,7 +117,7 @@ impl Quads {
             ..Default::default()
         });
         pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &bind_group, &[]);
+        pass.set_bind_group(0, &group, &[]);
         pass.draw_indirect(&self.arguments, 0);
     }
 }

@@ -2,8 +2,9 @@
 
 use wgpu::util::DeviceExt as _;
 
-use super::{DRAWN_WGSL, ViewTarget, entry};
+use super::{DRAWN_WGSL, ViewTarget};
 use crate::Gpu;
+use crate::bindings::bind_group;
 use crate::points::{DrawList, PointStore};
 use crate::screen::VIEWPORT_WGSL;
 use crate::settings::SplatNormals;
@@ -121,20 +122,17 @@ impl Resolve {
                 }),
                 usage: wgpu::BufferUsages::UNIFORM,
             });
-            let mut entries = vec![
-                entry(0, uniform.as_entire_binding()),
-                entry(1, points.as_entire_binding()),
-                entry(2, blocks_buffer.as_entire_binding()),
-                entry(3, placements.as_entire_binding()),
-                entry(4, wgpu::BindingResource::Buffer(indices.clone())),
+            let mut resources = vec![
+                uniform.as_entire_binding(),
+                points.as_entire_binding(),
+                blocks_buffer.as_entire_binding(),
+                placements.as_entire_binding(),
+                wgpu::BindingResource::Buffer(indices.clone()),
             ];
-            entries.extend(normals.map(|normals| entry(5, normals.as_entire_binding())));
-            let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("resolve"),
-                layout: &self.pipeline.get_bind_group_layout(0),
-                entries: &entries,
-            });
-            pass.set_bind_group(0, &bind_group, &[]);
+            resources.extend(normals.map(wgpu::Buffer::as_entire_binding));
+            let layout = self.pipeline.get_bind_group_layout(0);
+            let group = bind_group(gpu, "resolve", &layout, resources);
+            pass.set_bind_group(0, &group, &[]);
             pass.draw(0..3, 0..1);
         }
     }

@@ -3,8 +3,9 @@
 use wgpu::util::DeviceExt as _;
 
 use super::quads::Quads;
-use super::{Nearest, entry, gpu_data};
+use super::{Nearest, gpu_data};
 use crate::Gpu;
+use crate::bindings::bind_group_at;
 use crate::points::{DrawList, PointStore};
 
 /// Strips that a page's blocks are dealt out to; `STRIPS` in splat.wgsl.
@@ -122,22 +123,17 @@ impl Run<'_> {
         job: wgpu::BufferBinding<'_>,
     ) -> wgpu::BindGroup {
         let (points, normals) = store.page(page);
-        let mut entries = vec![
-            entry(0, wgpu::BindingResource::Buffer(job)),
-            entry(1, points.as_entire_binding()),
-            entry(2, uploaded.blocks.as_entire_binding()),
-            entry(3, uploaded.placements.as_entire_binding()),
+        let targets = self.targets.iter().cloned().map(wgpu::BindingResource::Buffer);
+        let mut resources = vec![
+            (0, wgpu::BindingResource::Buffer(job)),
+            (1, points.as_entire_binding()),
+            (2, uploaded.blocks.as_entire_binding()),
+            (3, uploaded.placements.as_entire_binding()),
         ];
-        for (target, binding) in self.targets.iter().zip(4..) {
-            entries.push(entry(binding, wgpu::BindingResource::Buffer(target.clone())));
-        }
-        entries.extend(normals.map(|normals| entry(6, normals.as_entire_binding())));
-        entries.extend(self.quads.bindings());
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("splat"),
-            layout: &self.pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        })
+        resources.extend((4..).zip(targets));
+        resources.extend(normals.map(|normals| (6, normals.as_entire_binding())));
+        resources.extend(self.quads.bindings());
+        bind_group_at(gpu, "splat", &self.pipeline.get_bind_group_layout(0), resources)
     }
 }
 

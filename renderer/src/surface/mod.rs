@@ -5,7 +5,8 @@
 
 use wgpu::util::DeviceExt as _;
 
-use crate::screen::{Bindings, ScreenPass, VIEWPORT_WGSL, screen_pass_with};
+use crate::bindings::Bindings;
+use crate::screen::{ScreenPass, VIEWPORT_WGSL, screen_pass_with};
 use crate::targets::Targets;
 use crate::{Gpu, camera, lens, octahedral, splat};
 

@@ -11,6 +11,7 @@ use glam::{DVec3, DVec4, UVec2};
 use wgpu::util::DeviceExt as _;
 
 use crate::Gpu;
+use crate::bindings::bind_group_at;
 use crate::frustum::Frustum;
 
 #[cfg(test)]
@@ -174,12 +175,12 @@ impl TilePass {
         });
         let asked = asked_of(gpu, size, u32::MAX);
         let frame = frame(gpu, view, size, false);
-        let resources = [
+        let resources = vec![
             (0, frame.as_entire_binding()),
             (1, wgpu::BindingResource::TextureView(positions)),
             (2, boxes.as_entire_binding()),
         ];
-        dispatch(gpu, encoder, &self.bound, &resources, tiles);
+        dispatch(gpu, encoder, &self.bound, resources, tiles);
         TileBoxes { boxes, asked, view: *view, size }
     }
 
@@ -222,7 +223,7 @@ impl TilePass {
             usage: Usage::STORAGE | Usage::VERTEX | Usage::COPY_SRC,
             mapped_at_creation: false,
         });
-        let resources = [
+        let resources = vec![
             (0, frame.as_entire_binding()),
             (2, boxes.as_entire_binding()),
             (3, pyramids_on_device.as_entire_binding()),
@@ -230,7 +231,7 @@ impl TilePass {
             (5, lists.as_entire_binding()),
             (6, asked.as_entire_binding()),
         ];
-        dispatch(gpu, encoder, &self.list, &resources, UVec2::new(tile_count.div_ceil(64), 1));
+        dispatch(gpu, encoder, &self.list, resources, UVec2::new(tile_count.div_ceil(64), 1));
         Some(TileLists { lists, draws, tile_count })
     }
 }
@@ -276,24 +277,13 @@ fn dispatch(
     gpu: &Gpu,
     encoder: &mut wgpu::CommandEncoder,
     pipeline: &wgpu::ComputePipeline,
-    resources: &[(u32, wgpu::BindingResource<'_>)],
+    resources: Vec<(u32, wgpu::BindingResource<'_>)>,
     workgroups: UVec2,
 ) {
-    let entries: Vec<_> = resources
-        .iter()
-        .map(|(binding, resource)| wgpu::BindGroupEntry {
-            binding: *binding,
-            resource: resource.clone(),
-        })
-        .collect();
-    let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("tiles"),
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &entries,
-    });
+    let group = bind_group_at(gpu, "tiles", &pipeline.get_bind_group_layout(0), resources);
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
     pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, &bind_group, &[]);
+    pass.set_bind_group(0, &group, &[]);
     pass.dispatch_workgroups(workgroups.x, workgroups.y, 1);
 }
 
