@@ -16,7 +16,10 @@ impl TryFrom<&v1::View> for View {
     fn try_from(message: &v1::View) -> Result<Self, FieldError> {
         let eye = point3("eye", message.eye)?;
         if eye.abs().max_element() > FARTHEST_M {
-            return Err(FieldError::new("eye", format!("is {eye}, must be within {FARTHEST_M} m")));
+            return Err(FieldError::new(
+                "eye",
+                format!("is {:?}, must be within {FARTHEST_M} m", eye.to_array()),
+            ));
         }
         // Turns are taken off first: the sine of a huge angle is noise.
         let heading = finite("heading_deg", message.heading_deg)?.rem_euclid(360.0).to_radians();
@@ -45,7 +48,7 @@ fn within(field: &str, value: f64, least: f64, most: f64) -> Result<f64, FieldEr
     if (least..=most).contains(&value) {
         Ok(value)
     } else {
-        Err(FieldError::new(field, format!("is {value}, must be {least} to {most}")))
+        Err(FieldError::new(field, format!("is {value:?}, must be {least} to {most}")))
     }
 }
 
@@ -102,5 +105,32 @@ mod tests {
         assert_eq!(fault(|v| v.extent = Some(v1::view::Extent::HeightM(0.0))), "height_m");
         assert_eq!(fault(|v| v.width = 0), "width");
         assert_eq!(fault(|v| v.height = 0), "height");
+    }
+
+    #[test]
+    fn a_fault_is_short_however_large_the_number() {
+        let fault = |change: fn(&mut v1::View)| {
+            let mut bad = message();
+            change(&mut bad);
+            View::try_from(&bad).expect_err("bad").to_string()
+        };
+        assert_eq!(
+            fault(|v| v.eye = Some(v1::Point3 { x: 1e300, y: -0.5, z: 40.0 })),
+            "eye: is [1e300, -0.5, 40.0], must be within 1000000000 m"
+        );
+        assert_eq!(fault(|v| v.pitch_deg = -1e300), "pitch_deg: is -1e300, must be -90 to 90");
+        assert_eq!(fault(|v| v.pitch_deg = 90.5), "pitch_deg: is 90.5, must be -90 to 90");
+        let of_extent = |extent| {
+            let bad = v1::View { extent: Some(extent), ..message() };
+            View::try_from(&bad).expect_err("bad").to_string()
+        };
+        assert_eq!(
+            of_extent(v1::view::Extent::FovDeg(1e-300)),
+            "fov_deg: is 1e-300, must be 1 to 170"
+        );
+        assert_eq!(
+            of_extent(v1::view::Extent::HeightM(f64::MAX)),
+            "height_m: is 1.7976931348623157e308, must be 0.01 to 100000"
+        );
     }
 }
