@@ -427,6 +427,31 @@ fn who_sees_nothing_of_the_street_is_led_back() {
     await_picture(&screen, &darkroom.picture(&sky, "hybrid"), "the sky");
 }
 
+/// Who is at a server that goes is told so instead of being promised anything, and goes on once it is back.
+#[test]
+fn a_server_that_has_gone_is_said_to_have_and_found_again() {
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let street = runtime.block_on(SampleStreet::ingested("view-cut-off"));
+    let darkroom = Darkroom { store: street.store.clone() };
+    let screen = Screen::start([800, 600]);
+    let server = Served::start(&[&street.store]);
+    let url = server.url.clone();
+    let start = "651487.5,6861042.9,44.2,35,90";
+    let window = Window::open(&format!("{url}/sample"), start, &screen);
+    screen.focus("sample - Flaneur");
+    screen.act(&["key", "Escape"]);
+    let sky = window.stands("at first");
+    await_picture(&screen, &darkroom.picture(&sky, "hybrid"), "the sky");
+    server.kill();
+    // Of the street itself there is nothing yet.
+    screen.act(&["key", "Home"]);
+    let level = window.stands("level");
+    window.logs("the server cannot be reached", "of a server that has gone");
+    let _server = Served::start_at(&[&street.store], url.trim_start_matches("http://"));
+    window.logs("the server answers again", "of a server that is back");
+    await_picture(&screen, &darkroom.picture(&level, "hybrid"), "the street");
+}
+
 /// Where words are that stand in the middle.
 fn middle(picture: &RgbImage) -> RgbImage {
     image::imageops::crop_imm(picture, 200, 150, 240, 60).to_image()

@@ -36,6 +36,8 @@ struct State {
 struct Record {
     /// In a row.
     failures: u32,
+    /// The first of them.
+    failing_since: Option<Instant>,
     failed_at: Option<Instant>,
     /// Not to be asked before.
     retry_at: Option<Instant>,
@@ -99,6 +101,11 @@ impl Servers {
         self.with(|state| state.fail(turn, now, chance));
     }
 
+    /// Since when no server has given a whole answer; `None` where one may, as far as is known.
+    pub(crate) fn failing_since(&self) -> Option<Instant> {
+        self.with(|state| state.failing_since())
+    }
+
     /// How many there are.
     pub(crate) fn count(&self) -> usize {
         self.0.channels.len()
@@ -130,12 +137,21 @@ impl State {
         self.records.iter().filter_map(|record| record.retry_at).min().map(Err)
     }
 
+    /// When the last of them began to fail, where none works.
+    fn failing_since(&self) -> Option<Instant> {
+        // Where one has not failed, that makes none of all.
+        let since: Option<Vec<_>> =
+            self.records.iter().map(|record| record.failing_since).collect();
+        since?.into_iter().max()
+    }
+
     fn fail(&mut self, turn: Turn, now: Instant, chance: f64) {
         let Some(record) = self.records.get_mut(turn.server) else { return };
         if record.failed_at.is_some_and(|at| at > turn.since) {
             return;
         }
         record.failures = record.failures.saturating_add(1);
+        record.failing_since.get_or_insert(now);
         let doubled = FIRST_PAUSE.saturating_mul(1 << (record.failures - 1).min(16));
         record.failed_at = Some(now);
         record.retry_at = Some(now + doubled.min(LONGEST_PAUSE).mul_f64(chance));
@@ -166,6 +182,21 @@ mod tests {
             now += pause;
             assert_eq!(state.pick(now), Some(Ok(0)));
         }
+    }
+
+    #[test]
+    fn all_fail_from_when_the_last_began_to() {
+        let (mut state, start) = (state(2), Instant::now());
+        let after = |seconds| start + Duration::from_secs(seconds);
+        assert_eq!(state.failing_since(), None);
+        state.fail(Turn { server: 0, since: start }, after(1), 1.0);
+        assert_eq!(state.failing_since(), None, "nobody knows of the other");
+        state.fail(Turn { server: 1, since: after(1) }, after(2), 1.0);
+        state.fail(Turn { server: 0, since: after(2) }, after(3), 1.0);
+        assert_eq!(state.failing_since(), Some(after(2)));
+        state.records[0] = Record::default();
+        assert_eq!(state.failing_since(), None, "it works again");
+        assert_eq!(self::state(0).failing_since(), None);
     }
 
     #[test]

@@ -7,12 +7,14 @@ mod liar;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use flaneur_proto::v1;
 use flaneur_scene::{SceneUpdate, View};
 use flaneur_streamer::{Event, Servers, Statistics, StreamError, Streamer, ViewRequest};
 use glam::{DVec3, UVec2};
 use liar::{Answer, Liar, connect, connect_slowly, jpeg, part};
+use tokio_util::sync::CancellationToken;
 use tonic::{Code, Status};
 
 /// What came of streaming a view.
@@ -166,6 +168,36 @@ async fn where_one_falls_silent_another_is_asked() {
     assert!(outcome.statistics.retries > 0 && outcome.statistics.failovers == 1, "{outcome:?}");
     // The one that was given up need not go on.
     watch.ended().await;
+}
+
+/// A server that is full answers; one that says nothing may as well be gone.
+#[tokio::test(start_paused = true)]
+async fn only_who_says_nothing_is_out_of_reach() {
+    let asked = CancellationToken::new();
+    let asks = asked.clone();
+    let full = liar(usize::MAX, move |_| {
+        asks.cancel();
+        Err(Status::resource_exhausted("full"))
+    });
+    assert!(!is_cut_off_within_a_minute(full, asked.cancelled()).await);
+    let (silent, watch) = Liar::silent();
+    assert!(is_cut_off_within_a_minute(silent, watch.begun()).await);
+}
+
+/// Whether someone at `liar` ever is, from when they have `asked` for the photograph.
+async fn is_cut_off_within_a_minute(liar: Liar, asked: impl Future<Output = ()>) -> bool {
+    let mut streamer = Streamer::connect(connect(liar).await, "street").await.expect("a scene");
+    let view = View::look(DVec3::ZERO, 0.0, 0.0, 1.0, UVec2::new(64, 64));
+    streamer.look(ViewRequest::new(view));
+    asked.await;
+    for _ in 0..60 {
+        if streamer.client().is_cut_off() {
+            return true;
+        }
+        tokio::time::sleep(Duration::from_secs(1)).await;
+    }
+    assert!(streamer.statistics().retries > 0, "it failed again and again");
+    false
 }
 
 /// What comes drop by drop comes in the end, in one piece and at one go.

@@ -68,7 +68,8 @@ impl Heard {
         }
     }
 
-    fn last(&self) -> Instant {
+    /// When that was; at first, when listening began.
+    pub(super) fn last(&self) -> Instant {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -6,6 +6,7 @@ mod payload;
 
 use std::future::Future;
 use std::sync::Arc;
+use std::time::Duration;
 
 use flaneur_proto::v1::footprint_service_client::FootprintServiceClient;
 use flaneur_proto::v1::ground_service_client::GroundServiceClient;
@@ -35,6 +36,8 @@ const MAX_FOOTPRINT_VERTICES: usize = 20_000_000;
 const MAX_GROUND_HEIGHTS: usize = 50_000_000;
 /// Entries of one page of a point hierarchy.
 const MAX_PAGE_ENTRIES: usize = 4_000_000;
+/// Servers that fail and have said nothing for so long are out of reach: longer than they are let be.
+const OUT_OF_REACH: Duration = Duration::from_secs(6);
 
 /// A client of one scene's data services. Clones share connection, limits and counts.
 #[derive(Clone, Debug)]
@@ -82,6 +85,13 @@ impl Client {
     /// What was received and asked for so far.
     pub(crate) fn traffic(&self) -> &Traffic {
         &self.traffic
+    }
+
+    /// Whether no server can be reached: all have failed, and not a byte of any answer has come for six
+    /// seconds. They are asked again all the same, for as long as something is wanted.
+    pub fn is_cut_off(&self) -> bool {
+        let failing = self.servers.failing_since();
+        failing.is_some_and(|since| since.max(self.heard.last()).elapsed() >= OUT_OF_REACH)
     }
 
     /// Where it asks.

@@ -21,18 +21,28 @@ pub(super) struct Facts<'a> {
     pub(super) scene: &'a str,
     pub(super) reference: &'a Reference,
     pub(super) adapter: &'a str,
+    /// No server of the scene can be reached.
+    pub(super) cut_off: bool,
 }
 
 impl Facts<'_> {
     /// What is said while the picture is not yet what it will be.
     pub(super) fn loading(&self) -> Option<String> {
-        match self.shown {
-            None => Some(format!("opening {}", self.scene)),
-            Some(shown) if shown.remaining > 0 && !shown.is_final => {
-                Some(format!("loading: {} to come", parts(shown.remaining)))
-            }
-            Some(_) => None,
-        }
+        let to_come = match self.shown {
+            None => None,
+            Some(shown) if shown.remaining > 0 && !shown.is_final => Some(shown.remaining),
+            Some(_) => return None,
+        };
+        Some(loading(self.scene, to_come, self.cut_off))
+    }
+}
+
+/// What is said of so many parts that are still to come; `None` where not even that is known.
+fn loading(scene: &str, to_come: Option<u64>, cut_off: bool) -> String {
+    match to_come {
+        _ if cut_off => "the server cannot be reached; trying again".to_owned(),
+        None => format!("opening {scene}"),
+        Some(remaining) => format!("loading: {} to come", parts(remaining)),
     }
 }
 
@@ -107,6 +117,16 @@ fn bytes(number: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_is_promised_of_a_server_out_of_reach() {
+        assert_eq!(loading("paris", None, false), "opening paris");
+        assert_eq!(loading("paris", Some(5041), false), "loading: 5 041 parts to come");
+        for to_come in [None, Some(5041)] {
+            let said = loading("paris", to_come, true);
+            assert_eq!(said, "the server cannot be reached; trying again");
+        }
+    }
 
     #[test]
     fn numbers_are_written_to_be_read() {

@@ -117,6 +117,8 @@ pub(super) struct Open {
     modifiers: ModifiersState,
     lead: Lead,
     shown: Option<Box<Shown>>,
+    /// Whether it was said that no server can be reached.
+    cut_off: bool,
     moved_at: Instant,
     /// Whether the painter was told that one stands.
     rests: bool,
@@ -277,6 +279,12 @@ impl App {
             None => open.lead.view(&pose, size),
         };
         self.painter.wish(Wish { view: wished, mode: self.mode, moving: !rests });
+        let cut_off = self.scene.streamer.client().is_cut_off();
+        match (std::mem::replace(&mut open.cut_off, cut_off), cut_off) {
+            (false, true) => tracing::warn!("the server cannot be reached"),
+            (true, false) => tracing::info!("the server answers again"),
+            (false, false) | (true, true) => {}
+        }
         let facts = Facts {
             pose: &pose,
             view: &view,
@@ -286,6 +294,7 @@ impl App {
             scene: &self.scene.name,
             reference: &self.scene.reference,
             adapter: &self.adapter,
+            cut_off: open.cut_off,
         };
         let (panels, again) = open.panels.lay_out(&open.window, event_loop, &facts);
         open.screen.draw(&view, panels)?;
@@ -451,6 +460,7 @@ fn open(event_loop: &ActiveEventLoop, scene: &str, size: UVec2) -> anyhow::Resul
         modifiers: ModifiersState::empty(),
         lead: Lead::new(),
         shown: None,
+        cut_off: false,
         moved_at: now.checked_sub(REST).unwrap_or(now),
         rests: false,
         drawn: None,

@@ -31,6 +31,8 @@ const WIDE: f32 = 760.0;
 /// How long a message stands, and what is said in passing.
 const MESSAGE: Duration = Duration::from_secs(8);
 const MENTION: Duration = Duration::from_secs(3);
+/// Whether what is loading still comes is looked after so often.
+const LOOK_AFTER: Duration = Duration::from_secs(1);
 
 /// The panels, and the library that draws them.
 pub(super) struct PanelState {
@@ -167,6 +169,8 @@ impl PanelState {
         }
         if let Some(loading) = facts.loading() {
             label(context, "loading", Align2::RIGHT_BOTTOM, &loading);
+            // A server that has gone tells nobody.
+            context.request_repaint_after(LOOK_AFTER);
         }
         if let Some(copied) = copied(context) {
             self.mention(format!("copied: {copied}"));
