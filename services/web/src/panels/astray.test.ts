@@ -11,12 +11,19 @@ describe("who sees nothing of the scene", () => {
   const { min, max } = cases.bounds;
   const scene = create(SceneSchema, { bounds: { min: vector(min), max: vector(max) } });
 
-  it.each(cases.frames)("is told from who sees $what", ({ eye, unsurveyed, blank, astray }) => {
-    const frame = create(FrameSchema, {
-      view: { eye: vector(eye) },
-      unsurveyedShare: unsurveyed,
-      blankShare: blank,
-    });
-    expect(isAstray(frame, scene)).toBe(astray);
-  });
+  it.each(cases.frames)(
+    "is told from who sees $what",
+    ({ eye, unsurveyed, blank, astray, ...view }) => {
+      const frame = create(FrameSchema, {
+        view: {
+          eye: vector(eye),
+          pitchDeg: view.pitch ?? 0,
+          extent: { case: "fovDeg", value: 60 },
+        },
+        unsurveyedShare: unsurveyed,
+        blankShare: blank,
+      });
+      expect(isAstray(frame, scene)).toBe(astray);
+    },
+  );
 });

@@ -34,8 +34,8 @@ export class Astray {
 }
 
 /**
- * Whether a picture shows next to nothing of a scene; who stands in a street may look at the sky. The
- * window has the same rule, and both are tested with astray.cases.json.
+ * Whether a picture shows next to nothing of a scene; who stands in a street may look at the sky, even at one that no
+ * photograph shows. The window has the same rule, and both are tested with astray.cases.json.
  */
 export function isAstray(
   frame: Pick<Frame, "view" | "unsurveyedShare" | "blankShare">,
@@ -45,5 +45,11 @@ export function isAstray(
     return false;
   }
   const { x = 0, y = 0, z = 0 } = frame.view?.eye ?? {};
-  return frame.blankShare > 1 - NEXT_TO_NOTHING || !isWithin(scene, [x, y, z], OUTSIDE_M);
+  const isBlank = frame.blankShare > 1 - NEXT_TO_NOTHING;
+  return !isWithin(scene, [x, y, z], OUTSIDE_M) || (isBlank && !isOfSky(frame.view));
+}
+
+/** Whether all of a picture lies above the horizon. */
+function isOfSky(view: Frame["view"]): boolean {
+  return view?.extent.case === "fovDeg" && view.pitchDeg > view.extent.value / 2;
 }

@@ -343,7 +343,7 @@ impl App {
 
     fn show(&mut self, mut shown: Box<Shown>) {
         let Some(open) = &mut self.open else { return };
-        let astray = is_astray(Shares::of(&shown.stats), shown.view.eye(), &self.scene.bounds);
+        let astray = is_astray(Shares::of(&shown.stats), &shown.view, &self.scene.bounds);
         // What is still loading may come into sight; what is there already has.
         if shown.is_final || !astray {
             open.panels.is_astray = astray;
