@@ -187,8 +187,10 @@ export async function openStreet(
       if (corner.isSeen || corner.root.hidden) {
         corner.toggle();
       }
-      if (!corner.root.hidden && !corner.isSeen) {
-        measuring.close();
+      if (corner.root.hidden) {
+        measuring.resume();
+      } else if (!corner.isSeen) {
+        measuring.putAside();
       }
     },
     link: () => void copyLink(toast),

@@ -166,6 +166,56 @@ test("the map and the tape, which share a place, are never both said to be there
   await page.context().close();
 });
 
+for (const screen of [
+  [360, 740],
+  [640, 360],
+] as const) {
+  const size = screen.join("x");
+
+  test(`what was measured is there again after a look at the map on ${size}`, async ({
+    server,
+    browser,
+  }) => {
+    const walker = await touched(browser, screen);
+    const { page } = walker;
+    const [width, height] = screen;
+    await walker.open(server.url);
+    const map = page.getByRole("button", { name: "Map", exact: true });
+    const measure = page.getByRole("button", { name: "Measure" });
+    const corner = page.locator(".inset-map");
+    const ends = page.locator(".ruler circle:not(.casing)");
+    const panel = await measureAhead(walker, [width * 0.3, height * 0.45]);
+    const line = panel.locator(".line");
+    // The map is opened before the server has said what was clicked.
+    const asked = page.waitForRequest(/\/Pick$/);
+    await walker.click([width * 0.6, height * 0.7]);
+    await asked;
+    await map.tap();
+    await expect(corner).toBeVisible();
+    await expect(page.locator(".measure-panel")).toBeHidden();
+    await expect(ends).toHaveCount(2);
+    await keep(page, `map_measured_${size}`);
+    await map.tap();
+    await expect(corner).toBeHidden();
+    await expect(line).toHaveText(/^\d+\.\d+ m/);
+    await expect(measure).toHaveAttribute("aria-pressed", "true");
+    const said = await panel.textContent();
+    await map.tap();
+    await expect(panel).toBeHidden();
+    await measure.tap();
+    await expect(panel).toBeVisible();
+    await expect(corner).toBeHidden();
+    expect(await panel.textContent()).toBe(said);
+    await expect(ends).toHaveCount(2);
+    // A third click begins anew, and what is put away is gone.
+    await walker.click([width * 0.3, height * 0.45]);
+    await expect(ends).toHaveCount(1);
+    await measure.tap();
+    await expect(ends).toHaveCount(0);
+    await page.context().close();
+  });
+}
+
 test("what a finger has touched does not stay marked", async ({ server, browser }) => {
   const walker = await touched(browser, [360, 640]);
   await walker.open(server.url);

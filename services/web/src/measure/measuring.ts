@@ -20,9 +20,11 @@ export class Measuring {
   #places: Pointed[] = [];
   /** What was asked last. */
   #asked: Promise<void> = Promise.resolve();
-  /** Another one each time that the tape is taken up or cleared. */
+  /** Another one each time that the tape is put away or cleared. */
   #round = 0;
   #on = false;
+  /** Whether something else has its place for a while: what was measured stays. */
+  #aside = false;
 
   /** `reference` says what coordinates refer to. */
   constructor(stage: Stage, reference: string, events: MeasuringEvents) {
@@ -39,16 +41,33 @@ export class Measuring {
     return this.#on;
   }
 
+  /** Takes the tape up, as it was put aside, or puts it away. */
   toggle(): void {
-    this.#on = !this.#on;
-    this.panel.root.hidden = !this.#on;
-    this.#events.changed(this.#on);
+    if (this.#on) {
+      this.close();
+    } else {
+      this.#turn(true);
+    }
+  }
+
+  /** Puts the tape away, and what was measured with it. */
+  close(): void {
+    this.#turn(false);
     this.#clear();
   }
 
-  close(): void {
+  /** Leaves its place to something else; the marks of what was measured stay on the street. */
+  putAside(): void {
     if (this.#on) {
-      this.toggle();
+      this.#turn(false);
+      this.#aside = true;
+    }
+  }
+
+  /** Takes the tape up again if it was put aside. */
+  resume(): void {
+    if (this.#aside) {
+      this.#turn(true);
     }
   }
 
@@ -62,13 +81,20 @@ export class Measuring {
       await before;
       const place = await answer;
       // Put away meanwhile, or begun anew.
-      if (this.#on && round === this.#round) {
+      if (round === this.#round) {
         const places = this.#places.length < 2 ? this.#places : [];
         const met = place && pointed(place, shown.pose.eye, focalLength(shown));
         this.#set(met ? [...places, met] : this.#places);
       }
     })();
     return this.#asked;
+  }
+
+  #turn(on: boolean): void {
+    this.#on = on;
+    this.#aside = false;
+    this.panel.root.hidden = !on;
+    this.#events.changed(on);
   }
 
   #clear(): void {
