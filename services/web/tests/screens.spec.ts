@@ -44,6 +44,21 @@ function faultsOf(page: Page, touchable: string, least = 0): Promise<string[]> {
   }, least);
 }
 
+type Box = Awaited<ReturnType<Locator["boundingBox"]>>;
+
+/** Whether two boxes, both on the screen, share a part of it. */
+function overlaps(one: Box, other: Box): boolean {
+  if (!one || !other) {
+    throw new Error("not on the screen");
+  }
+  return (
+    one.x < other.x + other.width &&
+    other.x < one.x + one.width &&
+    one.y < other.y + other.height &&
+    other.y < one.y + one.height
+  );
+}
+
 /** Puts a place near the middle of the screen on the tape. */
 async function measureAhead(walker: Walker, [x, y]: readonly [number, number]): Promise<Locator> {
   await walker.page.getByRole("button", { name: "Measure" }).click();
@@ -233,6 +248,40 @@ test("words in passing take the width that there is", async ({ server, browser }
   await expect(words).toBeVisible();
   expect((await words.boundingBox())?.width).toBeGreaterThan(300);
   await walker.page.context().close();
+});
+
+test("words in passing leave an opened panel in sight", async ({ server, browser }) => {
+  for (const screen of [
+    [360, 740],
+    [600, 340],
+    [640, 360],
+    [932, 430],
+  ] as const) {
+    const [width, height] = screen;
+    const size = screen.join("x");
+    const walker = await touched(browser, screen);
+    const { page } = walker;
+    await walker.open(server.url);
+    const panel = await measureAhead(walker, [width * 0.7, height * 0.55]);
+    await panel.getByRole("button", { name: "Details" }).tap();
+    await page.getByRole("button", { name: "Copy a link" }).tap();
+    await expect(page.getByText("Link copied"), size).toBeVisible();
+    // What went wrong may take more words; none of them waits for the test.
+    const words = await page.locator(".toast").evaluate((it) =>
+      ["Link copied", "What the server says of what went wrong. ".repeat(3)].map((text) => {
+        it.textContent = text;
+        return it.getBoundingClientRect().toJSON();
+      }),
+    );
+    await keep(page, `words_${size}`);
+    const there = await panel.boundingBox();
+    for (const box of words) {
+      expect(box.left, size).toBeGreaterThanOrEqual(0);
+      expect(box.right, size).toBeLessThanOrEqual(width);
+      expect(overlaps(box, there), `${size}: over the panel`).toBe(false);
+    }
+    await page.context().close();
+  }
 });
 
 test("the panel can be read beside what is said of a lost connection", async ({ browser }) => {
