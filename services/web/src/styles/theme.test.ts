@@ -4,8 +4,19 @@ import { describe, expect, it } from "vitest";
 /** Red, green and blue, 0 to 255, and how much of it covers what is behind, 0 to 1. */
 type Colour = readonly [number, number, number, number];
 
-const CSS = fs.readFileSync(new URL("theme.css", import.meta.url), "utf8");
-const [, LIGHT = "", DARK = ""] = CSS.split(":root {");
+const read = (name: string) => fs.readFileSync(new URL(name, import.meta.url), "utf8");
+const [, LIGHT = "", DARK = ""] = read("theme.css").split(":root {");
+const PANELS = read("panels.css");
+
+/** The name of the colour that surrounds what a selector of the panels means. */
+function outline(selector: string): string {
+  const [, rule = ""] = PANELS.split(`\n${selector} {`);
+  const [, name] = /^[^}]*border: 1px solid var\(--([\w-]+)\)/.exec(rule) ?? [];
+  if (name === undefined) {
+    throw new Error(`${selector} has no outline`);
+  }
+  return name;
+}
 
 function colour(theme: string, name: string): Colour {
   const [, value = ""] = new RegExp(`--${name}: ([^;]+);`).exec(theme) ?? [];
@@ -32,7 +43,7 @@ function contrast(one: Colour, other: Colour): number {
 }
 
 /** A panel before a street that is as dark, or as bright, as can be. */
-function before(street: number, [r, g, b, cover]: Colour): Colour {
+function inFrontOf(street: number, [r, g, b, cover]: Colour): Colour {
   const mix = (part: number) => part * cover + street * (1 - cover);
   return [mix(r), mix(g), mix(b), 1];
 }
@@ -43,8 +54,16 @@ describe.each([
 ])("in the %s theme", (_, theme) => {
   it.each(["text", "quiet", "accent"])("%s can be read whatever lies behind a panel", (ink) => {
     for (const street of [0, 255]) {
-      const panel = before(street, colour(theme, "panel"));
+      const panel = inFrontOf(street, colour(theme, "panel"));
       expect(contrast(colour(theme, ink), panel)).toBeGreaterThanOrEqual(4.5);
+    }
+  });
+
+  // A swatch may be as dark, or as bright, as the panel: its outline is seen on any.
+  it.each([".key::before", ".legend .ramp"])("%s is seen whatever lies behind", (swatch) => {
+    for (const street of [0, 255]) {
+      const panel = inFrontOf(street, colour(theme, "panel"));
+      expect(contrast(colour(theme, outline(swatch)), panel)).toBeGreaterThanOrEqual(3);
     }
   });
 
