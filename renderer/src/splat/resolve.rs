@@ -1,12 +1,14 @@
 //! From the indices that won to the points they stand for.
 
+use std::ops::Range;
+
 use wgpu::util::DeviceExt as _;
 
 use super::{DRAWN_WGSL, ViewTarget};
 use crate::Gpu;
-use crate::bindings::bind_group;
+use crate::bindings::Bindings;
 use crate::points::{DrawList, PointStore};
-use crate::screen::VIEWPORT_WGSL;
+use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass};
 use crate::settings::SplatNormals;
 
 /// Position relative to the eye as three f32, and the point's code; 0 where no point is seen.
@@ -20,7 +22,7 @@ pub(crate) fn wgsl(normals: SplatNormals) -> String {
         SplatNormals::Eye => include_str!("winner_eye.wgsl"),
         SplatNormals::Estimated => include_str!("winner_estimated.wgsl"),
     };
-    [winner, DRAWN_WGSL, VIEWPORT_WGSL, include_str!("resolve.wgsl")].concat()
+    [winner, DRAWN_WGSL, WHOLE_WGSL, include_str!("resolve.wgsl")].concat()
 }
 
 pub(crate) mod gpu_data {
@@ -35,46 +37,18 @@ pub(crate) mod gpu_data {
     }
 }
 
-/// The pipeline that looks up winners.
+/// The pass that looks up winners.
 #[derive(Debug)]
 pub(crate) struct Resolve {
-    pipeline: wgpu::RenderPipeline,
+    pass: ScreenPass,
     normals: SplatNormals,
 }
 
 impl Resolve {
     pub(crate) fn new(gpu: &Gpu, normals: SplatNormals) -> Self {
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("resolve"),
-            source: wgpu::ShaderSource::Wgsl(wgsl(normals).into()),
-        });
-        let formats = [Some(WINNERS_FORMAT.into()), Some(WINNING_NORMALS_FORMAT.into())];
-        let targets = match normals {
-            SplatNormals::Eye => &formats[..1],
-            SplatNormals::Estimated => &formats[..],
-        };
-        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("resolve"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vs"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fs"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets,
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        Self { pipeline, normals }
+        let formats = [WINNERS_FORMAT, WINNING_NORMALS_FORMAT];
+        let pass = screen_pass(gpu, "resolve", &wgsl(normals), written(&formats, normals));
+        Self { pass, normals }
     }
 
     /// Fills the winners of a view whose nearest points are known; `lists` are the device's
@@ -88,31 +62,9 @@ impl Resolve {
         lists: Option<(&wgpu::Buffer, &wgpu::Buffer)>,
         target: ViewTarget<'_>,
     ) {
-        let attachments = [target.winners, target.winning_normals].map(|view| {
-            Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })
-        });
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("resolve"),
-            color_attachments: match self.normals {
-                SplatNormals::Eye => &attachments[..1],
-                SplatNormals::Estimated => &attachments[..],
-            },
-            ..Default::default()
-        });
-        let Some((blocks_buffer, placements)) = lists else { return };
-        pass.set_pipeline(&self.pipeline);
         let (indices, stride) = target.nearest.indices();
-        for (page, blocks) in &list.pages {
-            let (points, normals) = store.page(*page);
-            let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        let uniform = |blocks: &Range<u32>| {
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("resolve"),
                 contents: bytemuck::bytes_of(&gpu_data::Page {
                     width: target.winners.texture().width(),
@@ -121,19 +73,30 @@ impl Resolve {
                     end_block: blocks.end,
                 }),
                 usage: wgpu::BufferUsages::UNIFORM,
-            });
-            let mut resources = vec![
-                uniform.as_entire_binding(),
-                points.as_entire_binding(),
-                blocks_buffer.as_entire_binding(),
-                placements.as_entire_binding(),
-                wgpu::BindingResource::Buffer(indices.clone()),
-            ];
-            resources.extend(normals.map(wgpu::Buffer::as_entire_binding));
-            let layout = self.pipeline.get_bind_group_layout(0);
-            let group = bind_group(gpu, "resolve", &layout, resources);
-            pass.set_bind_group(0, &group, &[]);
-            pass.draw(0..3, 0..1);
+            })
+        };
+        let pages: Vec<_> =
+            list.pages.iter().map(|(page, blocks)| (store.page(*page), uniform(blocks))).collect();
+        let mut parts = Vec::new();
+        if let Some((blocks, placements)) = lists {
+            for ((points, normals), uniform) in &pages {
+                let buffers = [uniform, points, blocks, placements];
+                let mut bindings: Bindings<'_> =
+                    buffers.map(wgpu::Buffer::as_entire_binding).into();
+                bindings.push(wgpu::BindingResource::Buffer(indices.clone()));
+                bindings.extend(normals.map(wgpu::Buffer::as_entire_binding));
+                parts.push((None, bindings));
+            }
         }
+        let targets = [target.winners, target.winning_normals];
+        self.pass.draw_parts(gpu, encoder, parts, written(&targets, self.normals));
+    }
+}
+
+/// Of the winners and their normals what is written: the latter only where points have some.
+fn written<T>(both: &[T; 2], normals: SplatNormals) -> &[T] {
+    match normals {
+        SplatNormals::Eye => &both[..1],
+        SplatNormals::Estimated => both,
     }
 }

@@ -1,6 +1,6 @@
 // Which point each pixel shows: its position and code, from the index that won. One pass a
-// page of points, each over what the others left. Needs drawn.wgsl,
-// viewport.wgsl, and winner_eye.wgsl or winner_estimated.wgsl.
+// page of points, each over what the others left. Needs drawn.wgsl, screen.wgsl, and
+// winner_eye.wgsl or winner_estimated.wgsl.
 
 // Mirrors `gpu_data::Page` in splat/resolve.rs.
 struct Page {
@@ -18,11 +18,6 @@ struct Page {
 @group(0) @binding(2) var<storage, read> blocks: array<Drawn>;
 @group(0) @binding(3) var<storage, read> placements: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> indices: array<u32>;
-
-@vertex
-fn vs(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    return corner_of_viewport(index);
-}
 
 @fragment
 fn fs(@builtin(position) at: vec4<f32>) -> Winner {
