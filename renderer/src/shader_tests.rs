@@ -103,7 +103,6 @@ fn mirrors_have_the_layout_of_their_shaders() {
             phase,
             first_block,
             end_block,
-            strip,
             stride,
             min_radius_px,
             max_radius_px,
@@ -112,19 +111,20 @@ fn mirrors_have_the_layout_of_their_shaders() {
             most_pixels,
             padding_0,
             padding_1,
+            padding_2,
         ]
     );
     assert_mirrors!(
         splat::resolve_wgsl(SplatNormals::Eye),
         "Drawn",
         points::Drawn,
-        [block, placement, behind_m]
+        [placement, block_behind, padding]
     );
     assert_mirrors!(
         splat::quads_wgsl(Route::Atomic32),
         "Large",
         splat::quads::gpu_data::Large,
-        [middle, slope, lift, low, high, depth, index, conic, behind_m]
+        [middle_slope, lift_depth_behind, low_high, conic_index]
     );
     assert_mirrors!(
         splat::resolve_wgsl(SplatNormals::Eye),

@@ -5,7 +5,6 @@
 //! drawn changes block by block as the eye moves. Points above those that are left out take the
 //! size of the finest that are drawn around them, so that no gap opens.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use flaneur_scene::{Bounds3, PointNodeId};
@@ -22,21 +21,19 @@ const NEAREST_M: f64 = 0.5;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct Drawn {
-    /// In its page.
-    pub(crate) block: u32,
-    /// In `placements`.
-    pub(crate) placement: u32,
-    /// Depths are pushed back by this, metres, where points are compared.
-    pub(crate) behind_m: f32,
+    /// Its chunk's origin relative to the camera; then the radius of all its points in metres, 0
+    /// where each has its own.
+    pub(crate) placement: [f32; 4],
+    /// Its number in its page, and the bits of the metres by which depths are pushed back where
+    /// points are compared.
+    pub(crate) block_behind: [u32; 2],
+    pub(crate) padding: [u32; 2],
 }
 
 /// Blocks to be drawn for one camera, grouped by page.
 #[derive(Debug, Default)]
 pub(crate) struct DrawList {
     pub(crate) blocks: Vec<Drawn>,
-    /// Chunk origins relative to the camera; then the radius of all points of the chunk in
-    /// metres, 0 where each has its own.
-    pub(crate) placements: Vec<[f32; 4]>,
     /// Page and its share of `blocks`.
     pub(crate) pages: Vec<(usize, Range<u32>)>,
     /// Points in the blocks.
@@ -116,8 +113,6 @@ impl PointStore {
         for (id, chunk) in seen() {
             let below: Vec<&Chunk> =
                 self.kin.below(*id).filter_map(|id| self.chunks.get(&id)).collect();
-            // Most chunks have all of theirs drawn, or none.
-            let mut placements: BTreeMap<u32, u32> = BTreeMap::new();
             for ((place, bounds, points), station) in chunk.blocks().zip(&chunk.stations) {
                 if !is_seen(chunk, bounds) || is_drawn.next() != Some(true) {
                     continue;
@@ -134,10 +129,7 @@ impl PointStore {
                 }
                 // Where nothing is left out the points' own radii say more.
                 let radius_m = if complete { 0.0 } else { radius_m };
-                let placement = *placements
-                    .entry(radius_m.to_bits())
-                    .or_insert_with(|| list.place(chunk.origin - centre, radius_m));
-                list.add(place, placement, behind_m, points);
+                list.add(place, placement(chunk, centre, radius_m), behind_m, points);
             }
         }
         list.build()
@@ -157,7 +149,7 @@ impl PointStore {
             if !frustum.meets_box(&chunk.bounds, margin_m) {
                 continue;
             }
-            let placement = list.place(chunk.origin - centre, radius_m);
+            let placement = placement(chunk, centre, radius_m);
             for ((place, bounds, points), station) in chunk.blocks().zip(&chunk.stations) {
                 if !frustum.meets_box(bounds, margin_m) {
                     continue;
@@ -187,6 +179,11 @@ impl Chunk {
     }
 }
 
+/// Of the blocks of a chunk, see [`Drawn`].
+fn placement(chunk: &Chunk, centre: DVec3, radius_m: f32) -> [f32; 4] {
+    (chunk.origin - centre).as_vec3().extend(radius_m).to_array()
+}
+
 /// A list that is being made.
 struct Builder {
     list: DrawList,
@@ -198,15 +195,15 @@ impl Builder {
         Self { list: DrawList::default(), by_page: vec![Vec::new(); pages] }
     }
 
-    /// Adds a placement, gives its index.
-    fn place(&mut self, origin_from_centre: DVec3, radius_m: f32) -> u32 {
-        let [x, y, z] = origin_from_centre.as_vec3().to_array();
-        self.list.placements.push([x, y, z, radius_m]);
-        self.list.placements.len() as u32 - 1
-    }
-
-    fn add(&mut self, (page, block): (usize, u32), placement: u32, behind_m: f32, points: u64) {
-        self.by_page[page].push(Drawn { block, placement, behind_m });
+    fn add(
+        &mut self,
+        (page, block): (usize, u32),
+        placement: [f32; 4],
+        behind_m: f32,
+        points: u64,
+    ) {
+        let block_behind = [block, behind_m.to_bits()];
+        self.by_page[page].push(Drawn { placement, block_behind, padding: [0; 2] });
         self.list.points += points;
     }
 

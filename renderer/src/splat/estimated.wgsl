@@ -1,7 +1,7 @@
 // Points with normals, as octahedral codes beside their records; 0 where a point has none.
 // Needs octahedral.wgsl.
 
-@group(0) @binding(6) var<storage, read> normals: array<u32>;
+@group(0) @binding(5) var<storage, read> normals: array<u32>;
 
 fn normal_of(place: u32) -> vec3<f32> {
     let code = normals[place];

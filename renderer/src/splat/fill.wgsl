@@ -1,6 +1,7 @@
-// Sets every word to the largest: no depth, no index.
+// Sets every word to the largest: no depth, no index. Four at once: software devices write for one
+// thread after the other.
 
-@group(0) @binding(0) var<storage, read_write> words: array<u32>;
+@group(0) @binding(0) var<storage, read_write> words: array<vec4<u32>>;
 
 @compute @workgroup_size(256)
 fn fill(
@@ -9,6 +10,6 @@ fn fill(
 ) {
     let word = id.y * groups.x * 256u + id.x;
     if word < arrayLength(&words) {
-        words[word] = 0xffffffffu;
+        words[word] = vec4(0xffffffffu);
     }
 }

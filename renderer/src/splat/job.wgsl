@@ -8,8 +8,6 @@ struct Job {
     // This job's share of `blocks`.
     first_block: u32,
     end_block: u32,
-    // Workgroups a strip, see splat.wgsl.
-    strip: u32,
     // Texels a row of the target.
     stride: u32,
     // Smallest radius, pixels: one that surely covers a pixel centre.
@@ -23,6 +21,7 @@ struct Job {
     most_pixels: u32,
     padding_0: u32,
     padding_1: u32,
+    padding_2: u32,
 }
 
 // Of the job, as the entry point has read it.

@@ -2,14 +2,10 @@
 
 // Mirrors `gpu_data::Large` in splat/quads.rs.
 struct Large {
-    middle: vec2<f32>,
-    slope: vec2<f32>,
-    lift: vec2<f32>,
-    low: vec2<f32>,
-    high: vec2<f32>,
-    depth: f32,
-    index: u32,
-    conic: vec3<f32>,
-    // As of its block, see drawn.wgsl.
-    behind_m: f32,
+    middle_slope: vec4<f32>,
+    // Then what it is put behind, as its block, see drawn.wgsl.
+    lift_depth_behind: vec4<f32>,
+    low_high: vec4<f32>,
+    // Bits of the conic, and the index.
+    conic_index: vec4<u32>,
 }

@@ -14,7 +14,7 @@ use crate::{Gpu, Settings, camera, octahedral};
 
 use quads::Quads;
 use resolve::Resolve;
-use run::{Run, Uploaded};
+use run::{Run, uploaded};
 
 mod nearest;
 pub(crate) mod quads;
@@ -93,7 +93,6 @@ pub(crate) mod gpu_data {
         pub(crate) phase: u32,
         pub(crate) first_block: u32,
         pub(crate) end_block: u32,
-        pub(crate) strip: u32,
         pub(crate) stride: u32,
         pub(crate) min_radius_px: f32,
         pub(crate) max_radius_px: f32,
@@ -102,6 +101,7 @@ pub(crate) mod gpu_data {
         pub(crate) most_pixels: u32,
         pub(crate) padding_0: u32,
         pub(crate) padding_1: u32,
+        pub(crate) padding_2: u32,
     }
 }
 
@@ -199,8 +199,8 @@ impl SplatPass {
         target: ViewTarget<'_>,
     ) {
         self.clear(gpu, encoder, target.nearest.words());
-        let uploaded = Uploaded::new(gpu, list);
-        if let Some(uploaded) = &uploaded {
+        let blocks = uploaded(gpu, list);
+        if let Some(blocks) = &blocks {
             let (pipeline, phases): (_, &[u32]) = match (target.nearest.route(), &self.atomic_64) {
                 (Route::Atomic64, Some(pipeline)) => (pipeline, &[0]),
                 _ => (&self.atomic_32, &[0, 1]),
@@ -216,10 +216,9 @@ impl SplatPass {
                 quads: &self.quads,
                 canvas: (self.most_pixels < u32::MAX).then_some((target.nearest, target.canvas)),
             };
-            run.encode(gpu, encoder, store, list, uploaded);
+            run.encode(gpu, encoder, store, list, blocks);
         }
-        let buffers = uploaded.as_ref().map(|uploaded| (&uploaded.blocks, &uploaded.placements));
-        self.resolve.draw(gpu, encoder, store, list, buffers, target);
+        self.resolve.draw(gpu, encoder, store, list, blocks.as_ref(), target);
     }
 
     /// Adds `list` to a depth map, of rows of `stride` texels.
@@ -234,7 +233,7 @@ impl SplatPass {
         depths: &wgpu::BufferBinding<'_>,
         stride: u32,
     ) {
-        let Some(uploaded) = Uploaded::new(gpu, list) else { return };
+        let Some(blocks) = uploaded(gpu, list) else { return };
         let run = Run {
             pipeline: &self.atomic_32,
             targets: vec![depths.clone(), self.no_indices.as_entire_buffer_binding()],
@@ -243,10 +242,10 @@ impl SplatPass {
             quads: &self.quads,
             canvas: None,
         };
-        run.encode(gpu, encoder, store, list, &uploaded);
+        run.encode(gpu, encoder, store, list, &blocks);
     }
 
-    /// Sets every word to "nothing here".
+    /// Sets every word to "nothing here"; they are a multiple of four.
     pub(crate) fn clear(
         &self,
         gpu: &Gpu,
@@ -260,7 +259,7 @@ impl SplatPass {
         pass.set_pipeline(&self.fill);
         pass.set_bind_group(0, &group, &[]);
         // A row of workgroups has a limit of 65535.
-        let groups = u32::try_from(bytes.div_ceil(4 * 256)).unwrap_or(u32::MAX);
+        let groups = u32::try_from(bytes.div_ceil(16 * 256)).unwrap_or(u32::MAX);
         let columns = groups.clamp(1, 4096);
         pass.dispatch_workgroups(columns, groups.div_ceil(columns), 1);
     }
@@ -279,7 +278,6 @@ fn job(camera: &Camera, stride: u32, max_radius_px: f32, push: [f32; 2]) -> gpu_
         phase: 0,
         first_block: 0,
         end_block: 0,
-        strip: 0,
         stride,
         min_radius_px: MIN_RADIUS_PX,
         max_radius_px,
@@ -288,5 +286,6 @@ fn job(camera: &Camera, stride: u32, max_radius_px: f32, push: [f32; 2]) -> gpu_
         most_pixels: u32::MAX,
         padding_0: 0,
         padding_1: 0,
+        padding_2: 0,
     }
 }

@@ -1,19 +1,17 @@
 // What a pixel keeps, for devices without atomics of 64 bits: the nearest depth in a first
 // phase, and in a second the lowest index of those at that depth.
 
-@group(0) @binding(4) var<storage, read_write> depths: array<atomic<u32>>;
-@group(0) @binding(5) var<storage, read_write> indices: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read_write> depths: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> indices: array<atomic<u32>>;
 
-// Positive floats order as their bits do.
-fn offer(texel: u32, depth: f32, index: u32) {
+// As in nearest_64.wgsl.
+fn offer(texel: u32, within: bool, depth: f32, index: u32) {
+    let kept = atomicLoad(&depths[texel]);
     let bits = bitcast<u32>(depth);
-    // Of the depth, too, which is positive, so that it is no branch on a uniform: see
-    // shade/colour.wgsl.
-    if (phase == 0u) & (depth > 0.0) {
-        if bits < atomicLoad(&depths[texel]) {
-            atomicMin(&depths[texel], bits);
-        }
-    } else if bits == atomicLoad(&depths[texel]) {
+    if within & (phase == 0u) & (bits < kept) {
+        atomicMin(&depths[texel], bits);
+    }
+    if within & (phase == 1u) & (bits == kept) {
         atomicMin(&indices[texel], index);
     }
 }

@@ -1,8 +1,8 @@
 // Puts large discs on a list. Needs large.wgsl.
 
 // Arguments of an indirect draw: vertices, instances, first vertex, first instance.
-@group(0) @binding(7) var<storage, read_write> draw: array<atomic<u32>, 4>;
-@group(0) @binding(8) var<storage, read_write> large: array<Large>;
+@group(0) @binding(6) var<storage, read_write> draw: array<atomic<u32>, 4>;
+@group(0) @binding(7) var<storage, read_write> large: array<Large>;
 
 // Whether there was room.
 fn postponed(disc: Disc, extent: Extent, index: u32, behind_m: f32) -> bool {
@@ -14,15 +14,10 @@ fn postponed(disc: Disc, extent: Extent, index: u32, behind_m: f32) -> bool {
         return false;
     }
     large[slot] = Large(
-        disc.middle,
-        disc.slope,
-        disc.lift,
-        extent.low,
-        extent.high,
-        disc.depth,
-        index,
-        disc.conic,
-        behind_m,
+        vec4(disc.middle, disc.slope),
+        vec4(disc.lift, disc.depth, behind_m),
+        vec4(extent.low, extent.high),
+        vec4(bitcast<vec3<u32>>(disc.conic), index),
     );
     return true;
 }

@@ -23,15 +23,10 @@ pub(crate) mod gpu_data {
     #[repr(C)]
     #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
     pub(crate) struct Large {
-        pub(crate) middle: [f32; 2],
-        pub(crate) slope: [f32; 2],
-        pub(crate) lift: [f32; 2],
-        pub(crate) low: [f32; 2],
-        pub(crate) high: [f32; 2],
-        pub(crate) depth: f32,
-        pub(crate) index: u32,
-        pub(crate) conic: [f32; 3],
-        pub(crate) behind_m: f32,
+        pub(crate) middle_slope: [f32; 4],
+        pub(crate) lift_depth_behind: [f32; 4],
+        pub(crate) low_high: [f32; 4],
+        pub(crate) conic_index: [u32; 4],
     }
 }
 
@@ -74,9 +69,9 @@ impl Quads {
         self.list.size() + self.arguments.size()
     }
 
-    /// What the compute pass writes, bound from 7 on.
+    /// What the compute pass writes, bound from 6 on.
     pub(super) fn bindings(&self) -> [(u32, wgpu::BindingResource<'_>); 2] {
-        [(7, self.arguments.as_entire_binding()), (8, self.list.as_entire_binding())]
+        [(6, self.arguments.as_entire_binding()), (7, self.list.as_entire_binding())]
     }
 
     /// Empties the list.
@@ -98,9 +93,9 @@ impl Quads {
             _ => &self.atomic_32,
         };
         let mut resources =
-            vec![(0, wgpu::BindingResource::Buffer(job)), (8, self.list.as_entire_binding())];
+            vec![(0, wgpu::BindingResource::Buffer(job)), (7, self.list.as_entire_binding())];
         resources
-            .extend((4..).zip(nearest.bindings().into_iter().map(wgpu::BindingResource::Buffer)));
+            .extend((3..).zip(nearest.bindings().into_iter().map(wgpu::BindingResource::Buffer)));
         let layout = pipeline.get_bind_group_layout(0);
         let group = bind_group_at(gpu, "large discs", &layout, resources);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {

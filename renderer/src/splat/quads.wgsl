@@ -3,28 +3,26 @@
 // one of nearest_32.wgsl and nearest_64.wgsl.
 
 @group(0) @binding(0) var<uniform> job: Job;
-@group(0) @binding(8) var<storage, read> large: array<Large>;
+@group(0) @binding(7) var<storage, read> large: array<Large>;
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
+    // As in `Large`.
     @location(0) @interpolate(flat) middle_slope: vec4<f32>,
-    @location(1) @interpolate(flat) lift_depth: vec3<f32>,
-    // Conic, then metres that the disc is put behind.
-    @location(2) @interpolate(flat) conic_behind: vec4<f32>,
-    @location(3) @interpolate(flat) index: u32,
+    @location(1) @interpolate(flat) lift_depth_behind: vec4<f32>,
+    @location(2) @interpolate(flat) conic_index: vec4<u32>,
 }
 
 @vertex
 fn vs(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Corner {
     let entry = large[instance];
     let side = vec2(vertex & 1u, vertex >> 1u) == vec2(1u);
-    let at = select(entry.low, entry.high + 1.0, side) / vec2<f32>(job.camera.size);
+    let at = select(entry.low_high.xy, entry.low_high.zw + 1.0, side) / vec2<f32>(job.camera.size);
     var corner: Corner;
     corner.position = vec4(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y, 0.0, 1.0);
-    corner.middle_slope = vec4(entry.middle, entry.slope);
-    corner.lift_depth = vec3(entry.lift, entry.depth);
-    corner.conic_behind = vec4(entry.conic, entry.behind_m);
-    corner.index = entry.index;
+    corner.middle_slope = entry.middle_slope;
+    corner.lift_depth_behind = entry.lift_depth_behind;
+    corner.conic_index = entry.conic_index;
     return corner;
 }
 
@@ -34,12 +32,11 @@ fn fs(corner: Corner) {
     var disc: Disc;
     disc.middle = corner.middle_slope.xy;
     disc.slope = corner.middle_slope.zw;
-    disc.lift = corner.lift_depth.xy;
-    disc.depth = corner.lift_depth.z;
-    disc.conic = corner.conic_behind.xyz;
+    disc.lift = corner.lift_depth_behind.xy;
+    disc.depth = corner.lift_depth_behind.z;
+    disc.conic = bitcast<vec3<f32>>(corner.conic_index.xyz);
     let at = floor(corner.position.xy);
     let depth = depth_at(disc, at);
-    if depth > 0.0 {
-        offer(u32(at.y) * job.stride + u32(at.x), depth + corner.conic_behind.w, corner.index);
-    }
+    let texel = u32(at.y) * job.stride + u32(at.x);
+    offer(texel, depth > 0.0, depth + corner.lift_depth_behind.w, corner.conic_index.w);
 }

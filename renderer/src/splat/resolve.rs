@@ -51,15 +51,15 @@ impl Resolve {
         Self { pass, normals }
     }
 
-    /// Fills the winners of a view whose nearest points are known; `lists` are the device's
-    /// blocks and placements of `list`, none where it is empty.
+    /// Fills the winners of a view whose nearest points are known; `blocks` are the
+    /// device's of `list`, none where it is empty.
     pub(crate) fn draw(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         store: &PointStore,
         list: &DrawList,
-        lists: Option<(&wgpu::Buffer, &wgpu::Buffer)>,
+        blocks: Option<&wgpu::Buffer>,
         target: ViewTarget<'_>,
     ) {
         let (indices, stride) = target.nearest.indices();
@@ -78,9 +78,9 @@ impl Resolve {
         let pages: Vec<_> =
             list.pages.iter().map(|(page, blocks)| (store.page(*page), uniform(blocks))).collect();
         let mut parts = Vec::new();
-        if let Some((blocks, placements)) = lists {
+        if let Some(blocks) = blocks {
             for ((points, normals), uniform) in &pages {
-                let buffers = [uniform, points, blocks, placements];
+                let buffers = [uniform, points, blocks];
                 let mut bindings: Bindings<'_> =
                     buffers.map(wgpu::Buffer::as_entire_binding).into();
                 bindings.push(wgpu::BindingResource::Buffer(indices.clone()));

@@ -16,8 +16,7 @@ struct Page {
 @group(0) @binding(0) var<uniform> page: Page;
 @group(0) @binding(1) var<storage, read> points: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> blocks: array<Drawn>;
-@group(0) @binding(3) var<storage, read> placements: array<vec4<f32>>;
-@group(0) @binding(4) var<storage, read> indices: array<u32>;
+@group(0) @binding(3) var<storage, read> indices: array<u32>;
 
 @fragment
 fn fs(@builtin(position) at: vec4<f32>) -> Winner {
@@ -28,8 +27,8 @@ fn fs(@builtin(position) at: vec4<f32>) -> Winner {
         discard;
     }
     let drawn = blocks[entry];
-    let place = drawn.block * 256u + index % 256u;
+    let place = drawn.block_behind.x * 256u + index % 256u;
     let point = points[place];
-    let position = placements[drawn.placement].xyz + bitcast<vec3<f32>>(point.xyz);
+    let position = drawn.placement.xyz + bitcast<vec3<f32>>(point.xyz);
     return winner(vec4(bitcast<vec3<u32>>(position), point.w), place);
 }

@@ -22,34 +22,21 @@ struct PaddedJob {
     padding: [u32; (JOB_STRIDE - size_of::<gpu_data::Job>()) / 4],
 }
 
-/// A draw list on the device.
-#[derive(Debug)]
-pub(super) struct Uploaded {
-    pub(super) blocks: wgpu::Buffer,
-    pub(super) placements: wgpu::Buffer,
-}
-
-impl Uploaded {
-    /// `None` for an empty list: buffers cannot be empty.
-    pub(super) fn new(gpu: &Gpu, list: &DrawList) -> Option<Self> {
-        let buffer = |contents: &[u8]| {
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("point draw list"),
-                contents,
-                usage: wgpu::BufferUsages::STORAGE,
-            })
-        };
-        (!list.blocks.is_empty()).then(|| Self {
-            blocks: buffer(bytemuck::cast_slice(&list.blocks)),
-            placements: buffer(bytemuck::cast_slice(&list.placements)),
+/// The blocks of a draw list on the device; `None` for an empty one: buffers cannot be empty.
+pub(super) fn uploaded(gpu: &Gpu, list: &DrawList) -> Option<wgpu::Buffer> {
+    (!list.blocks.is_empty()).then(|| {
+        gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("point draw list"),
+            contents: bytemuck::cast_slice(&list.blocks),
+            usage: wgpu::BufferUsages::STORAGE,
         })
-    }
+    })
 }
 
 /// One run over the points of a list.
 pub(super) struct Run<'a> {
     pub(super) pipeline: &'a wgpu::ComputePipeline,
-    /// Bound from 4 on.
+    /// Bound from 3 on.
     pub(super) targets: Vec<wgpu::BufferBinding<'a>>,
     pub(super) phases: &'static [u32],
     /// What all jobs share.
@@ -67,7 +54,7 @@ impl Run<'_> {
         encoder: &mut wgpu::CommandEncoder,
         store: &PointStore,
         list: &DrawList,
-        uploaded: &Uploaded,
+        drawn: &wgpu::Buffer,
     ) {
         let jobs: Vec<PaddedJob> = self
             .phases
@@ -78,7 +65,6 @@ impl Run<'_> {
                     phase,
                     first_block: blocks.start,
                     end_block: blocks.end,
-                    strip: strip(blocks),
                     ..self.job
                 };
                 PaddedJob { job, padding: [0; _] }
@@ -101,10 +87,10 @@ impl Run<'_> {
                     offset,
                     size: std::num::NonZero::new(size_of::<gpu_data::Job>() as u64),
                 };
-                let bind_group = self.bind_group(gpu, store, *page, uploaded, binding.clone());
+                let bind_group = self.bind_group(gpu, store, *page, drawn, binding.clone());
                 pass.set_bind_group(0, &bind_group, &[]);
                 // A page has at most 8192 blocks, far below the limit of a row of workgroups.
-                pass.dispatch_workgroups(STRIPS * strip(blocks), 1, 1);
+                pass.dispatch_workgroups(strip(blocks), STRIPS, 1);
                 job = Some(binding);
             }
             drop(pass);
@@ -119,7 +105,7 @@ impl Run<'_> {
         gpu: &Gpu,
         store: &PointStore,
         page: usize,
-        uploaded: &Uploaded,
+        drawn: &wgpu::Buffer,
         job: wgpu::BufferBinding<'_>,
     ) -> wgpu::BindGroup {
         let (points, normals) = store.page(page);
@@ -127,11 +113,10 @@ impl Run<'_> {
         let mut resources = vec![
             (0, wgpu::BindingResource::Buffer(job)),
             (1, points.as_entire_binding()),
-            (2, uploaded.blocks.as_entire_binding()),
-            (3, uploaded.placements.as_entire_binding()),
+            (2, drawn.as_entire_binding()),
         ];
-        resources.extend((4..).zip(targets));
-        resources.extend(normals.map(|normals| (6, normals.as_entire_binding())));
+        resources.extend((3..).zip(targets));
+        resources.extend(normals.map(|normals| (5, normals.as_entire_binding())));
         resources.extend(self.quads.bindings());
         bind_group_at(gpu, "splat", &self.pipeline.get_bind_group_layout(0), resources)
     }

@@ -14,9 +14,6 @@ const RUN: u32 = 32u;
 // bits, radius in bits 24 to 30 (0: no point), bit 31 set where there is a colour.
 @group(0) @binding(1) var<storage, read> points: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> blocks: array<Drawn>;
-// Chunk origin minus the camera's centre, taken in f64; then the radius of all its points in
-// metres, 0 where each has its own.
-@group(0) @binding(3) var<storage, read> placements: array<vec4<f32>>;
 
 // All phases run this one entry point, so that they compute the same bits.
 @compute @workgroup_size(256)
@@ -24,13 +21,14 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let job = job;
     phase = job.phase;
     let camera = job.camera;
-    let entry = job.first_block + turn_of(group.x, job.strip);
+    let entry = job.first_block + turn_of(group.xy);
     let drawn = blocks[min(entry, job.end_block - 1u)];
-    let placement = placements[drawn.placement];
+    let placement = drawn.placement;
+    let behind_m = bitcast<f32>(drawn.block_behind.y);
     if entry >= job.end_block {
         return;
     }
-    let place = drawn.block * BLOCK_POINTS + lane;
+    let place = drawn.block_behind.x * BLOCK_POINTS + lane;
     let point = points[place];
     let code = (point.w >> 24u) & 0x7fu;
     if code == 0u {
@@ -52,19 +50,17 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let columns = extent.high.x - extent.low.x + 1.0;
     let pixels = u32(columns * (extent.high.y - extent.low.y + 1.0));
     let index = entry * BLOCK_POINTS + lane;
-    if pixels > job.most_pixels && postponed(disc, extent, index, drawn.behind_m) {
+    if pixels > job.most_pixels && postponed(disc, extent, index, behind_m) {
         return;
     }
-    let push = select(job.push_on_plane, job.push, all(n == vec3(0.0))) * radius + drawn.behind_m;
+    let push = select(job.push_on_plane, job.push, all(n == vec3(0.0))) * radius + behind_m;
     // One loop: two would wait for the widest disc of a group of threads in every row.
     var at = extent.low;
     var texel = u32(at.y) * job.stride + u32(at.x);
     let to_next_row = job.stride + 1u - u32(columns);
     for (var i = 0u; i < pixels; i++) {
         let depth = depth_at(disc, at);
-        if depth > 0.0 {
-            offer(texel, depth + push, index);
-        }
+        offer(texel, depth > 0.0, depth + push, index);
         let ends = at.x == extent.high.x;
         texel += select(1u, to_next_row, ends);
         at = select(vec2(at.x + 1.0, at.y), vec2(extent.low.x, at.y + 1.0), ends);
@@ -74,9 +70,9 @@ fn splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
 // Neighbouring blocks have discs of like sizes, and a software device gives each of its threads
 // as many workgroups on end: strips, which each take every sixteenth run of blocks, are equally much
 // work. Runs, because threads that draw neighbours at once wait for each other's pixels.
-fn turn_of(group: u32, strip: u32) -> u32 {
-    let turn = group % strip;
-    return (turn / RUN * STRIPS + group / strip) * RUN + turn % RUN;
+// group: place in its strip, and strip.
+fn turn_of(group: vec2<u32>) -> u32 {
+    return (group.x / RUN * STRIPS + group.y) * RUN + group.x % RUN;
 }
 
 fn drawn_radius(job: Job, p: vec3<f32>, stored: f32) -> f32 {

@@ -5,7 +5,7 @@ struct Winner {
     @location(1) normal: u32,
 }
 
-@group(0) @binding(5) var<storage, read> normals: array<u32>;
+@group(0) @binding(4) var<storage, read> normals: array<u32>;
 
 fn winner(point: vec4<u32>, place: u32) -> Winner {
     return Winner(point, normals[place]);
