@@ -76,7 +76,7 @@ impl Renderer {
             settings,
             mesh_pass: MeshPass::new(gpu),
             splat_pass: SplatPass::new(gpu, &settings),
-            surface_pass: SurfacePass::new(gpu),
+            surface_pass: SurfacePass::new(gpu, settings.splat_normals),
             tile_pass: TilePass::new(gpu),
             infer_pass: InferPass::new(gpu),
             align_pass: AlignPass::new(gpu),

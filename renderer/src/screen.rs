@@ -15,6 +15,8 @@ pub(crate) const WHOLE_WGSL: &str =
 /// The same for shaders with a `vs` of their own.
 pub(crate) const VIEWPORT_WGSL: &str = include_str!("viewport.wgsl");
 
+const CLEAR: wgpu::LoadOp<wgpu::Color> = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
+
 /// A part of a target, texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Region {
@@ -116,7 +118,22 @@ impl ScreenPass {
         bindings: Bindings<'_>,
         targets: &[&wgpu::TextureView],
     ) {
-        self.draw_parts(gpu, encoder, vec![(None, bindings)], targets);
+        self.draw_layers(gpu, encoder, vec![bindings], targets);
+    }
+
+    /// Fills all of `targets`, one layer over the other; the first leaves no pixel out. Without any they
+    /// are 0.
+    pub(crate) fn draw_layers(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        layers: Vec<Bindings<'_>>,
+        targets: &[&wgpu::TextureView],
+    ) {
+        // What is there does not matter, and to clear it first would take time.
+        let load = if layers.is_empty() { CLEAR } else { wgpu::LoadOp::Load };
+        let parts = layers.into_iter().map(|bindings| (None, bindings)).collect();
+        self.draw_with(gpu, encoder, parts, targets, load);
     }
 
     /// Fills parts of all of `targets`, each with bindings of its own; what is in none is 0.
@@ -127,6 +144,17 @@ impl ScreenPass {
         parts: Vec<(Option<Region>, Bindings<'_>)>,
         targets: &[&wgpu::TextureView],
     ) {
+        self.draw_with(gpu, encoder, parts, targets, CLEAR);
+    }
+
+    fn draw_with(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        parts: Vec<(Option<Region>, Bindings<'_>)>,
+        targets: &[&wgpu::TextureView],
+        load: wgpu::LoadOp<wgpu::Color>,
+    ) {
         let layout = self.pipeline.get_bind_group_layout(0);
         let attachments: Vec<_> = targets
             .iter()
@@ -135,10 +163,7 @@ impl ScreenPass {
                     view,
                     depth_slice: None,
                     resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                        store: wgpu::StoreOp::Store,
-                    },
+                    ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
                 })
             })
             .collect();

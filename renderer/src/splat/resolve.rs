@@ -77,7 +77,7 @@ impl Resolve {
         };
         let pages: Vec<_> =
             list.pages.iter().map(|(page, blocks)| (store.page(*page), uniform(blocks))).collect();
-        let mut parts = Vec::new();
+        let mut layers = Vec::new();
         if let Some(blocks) = blocks {
             for ((points, normals), uniform) in &pages {
                 let buffers = [uniform, points, blocks];
@@ -85,11 +85,11 @@ impl Resolve {
                     buffers.map(wgpu::Buffer::as_entire_binding).into();
                 bindings.push(wgpu::BindingResource::Buffer(indices.clone()));
                 bindings.extend(normals.map(wgpu::Buffer::as_entire_binding));
-                parts.push((None, bindings));
+                layers.push(bindings);
             }
         }
         let targets = [target.winners, target.winning_normals];
-        self.pass.draw_parts(gpu, encoder, parts, written(&targets, self.normals));
+        self.pass.draw_layers(gpu, encoder, layers, written(&targets, self.normals));
     }
 }
 

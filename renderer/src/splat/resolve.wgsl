@@ -23,12 +23,18 @@ fn fs(@builtin(position) at: vec4<f32>) -> Winner {
     let pixel = vec2<u32>(at.xy);
     let index = indices[(pixel.y * page.width + pixel.x) * page.stride];
     let entry = index / 256u;
-    if entry < page.first_block || entry >= page.end_block {
+    let is_other = entry < page.first_block || entry >= page.end_block;
+    // The first page empties what it has no winner for, which a later one may fill.
+    if is_other & (page.first_block > 0u) {
         discard;
     }
-    let drawn = blocks[entry];
+    let drawn = blocks[min(entry, page.end_block - 1u)];
     let place = drawn.block_behind.x * 256u + index % 256u;
     let point = points[place];
     let position = drawn.placement.xyz + bitcast<vec3<f32>>(point.xyz);
-    return winner(vec4(bitcast<vec3<u32>>(position), point.w), place);
+    let shown = winner(vec4(bitcast<vec3<u32>>(position), point.w), place);
+    if is_other {
+        return Winner();
+    }
+    return shown;
 }

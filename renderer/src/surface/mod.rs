@@ -7,6 +7,7 @@ use wgpu::util::DeviceExt as _;
 
 use crate::bindings::Bindings;
 use crate::screen::{ScreenPass, VIEWPORT_WGSL, screen_pass_with};
+use crate::settings::SplatNormals;
 use crate::targets::Targets;
 use crate::{Gpu, camera, lens, octahedral, splat};
 
@@ -49,10 +50,11 @@ pub(crate) struct SurfacePass {
 }
 
 impl SurfacePass {
-    pub(crate) fn new(gpu: &Gpu) -> Self {
+    pub(crate) fn new(gpu: &Gpu, normals: SplatNormals) -> Self {
+        let with_normals = f64::from(u8::from(normals == SplatNormals::Estimated));
         let formats = [POSITION_FORMAT, ORIENTATION_FORMAT];
         let pass = |model: usize| {
-            let constants = [("LENS_MODEL", model as f64)];
+            let constants = [("LENS_MODEL", model as f64), ("WITH_NORMALS", with_normals)];
             screen_pass_with(gpu, "surface", &wgsl(), &formats, &constants)
         };
         Self { passes: std::array::from_fn(pass) }

@@ -36,6 +36,9 @@ const SAME_SURFACE_M: f32 = 0.15;
 // The model of the picture's lens: software devices run every branch.
 override LENS_MODEL: u32 = 0u;
 
+// Whether points have normals.
+override WITH_NORMALS: bool = true;
+
 // The pinhole, and what of the lens a picture without distortion needs, come with the corners: software
 // devices read every word of a uniform once for each pixel.
 struct Corner {
@@ -160,7 +163,10 @@ fn place_on(m: vec2<f32>, cell: vec2<i32>, surface: u32) -> Place {
     let winner = textureLoad(winners, cell, 0);
     if winner.w != 0u {
         let p = bitcast<vec3<f32>>(winner.xyz);
-        let normal_code = textureLoad(winning_normals, cell, 0).x;
+        var normal_code = 0u;
+        if WITH_NORMALS {
+            normal_code = textureLoad(winning_normals, cell, 0).x;
+        }
         let towards = facing(camera, p);
         var normal = towards;
         if normal_code != 0u {
