@@ -79,13 +79,12 @@ fn fs(corner: Corner) -> @location(0) vec4<f32> {
             case MODE_NORMALS: { colour = 0.5 + 0.5 * place.normal; }
             case MODE_UNCERTAINTY: { colour = uncertainty_colour(place, coloured); }
             default: {
-                colour = own_colour(place);
-                if has_colour {
-                    colour = srgb_from_linear(select(given.rgb, sum.rgb / sum.w, coloured));
-                } else if is_point {
-                    let own = (1.0 - given.w) * linear_from_srgb(colour);
-                    colour = srgb_from_linear(given.rgb + own);
-                }
+                let own = own_colour(place);
+                // Encoded once, whichever it is.
+                let of_point = given.rgb + (1.0 - given.w) * linear_from_srgb(own);
+                let known = select(given.rgb, sum.rgb / sum.w, coloured);
+                let encoded = srgb_from_linear(select(of_point, known, has_colour));
+                colour = select(own, encoded, has_colour | is_point);
             }
         }
     }
