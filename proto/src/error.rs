@@ -47,7 +47,7 @@ pub(crate) fn finite(field: &str, value: f64) -> Result<f64, FieldError> {
     if value.is_finite() {
         Ok(value)
     } else {
-        Err(FieldError::new(field, format!("is {value}, must be finite")))
+        Err(FieldError::new(field, format!("is {value:?}, must be finite")))
     }
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn not_negative(field: &str, value: f64) -> Result<f64, FieldError> {
     if finite(field, value)? >= 0.0 {
         Ok(value)
     } else {
-        Err(FieldError::new(field, format!("is {value}, must be at least 0")))
+        Err(FieldError::new(field, format!("is {value:?}, must be at least 0")))
     }
 }
 
@@ -65,7 +65,7 @@ pub(crate) fn positive(field: &str, value: f64) -> Result<f64, FieldError> {
     if finite(field, value)? > 0.0 {
         Ok(value)
     } else {
-        Err(FieldError::new(field, format!("is {value}, must be more than 0")))
+        Err(FieldError::new(field, format!("is {value:?}, must be more than 0")))
     }
 }
 

@@ -54,7 +54,7 @@ impl TryFrom<v1::BoundingBox> for Bounds2 {
             if low > high {
                 return Err(FieldError::new(
                     format!("min_{axis}"),
-                    format!("is {low}, must be at most max_{axis}, which is {high}"),
+                    format!("is {low:?}, must be at most max_{axis}, which is {high:?}"),
                 ));
             }
         }
@@ -76,7 +76,11 @@ impl TryFrom<v1::Bounds3> for Bounds3 {
         if bounds.is_empty() {
             return Err(FieldError::new(
                 "min",
-                format!("is {}, must be at most max, which is {}", bounds.min, bounds.max),
+                format!(
+                    "is {:?}, must be at most max, which is {:?}",
+                    bounds.min.to_array(),
+                    bounds.max.to_array()
+                ),
             ));
         }
         Ok(bounds)

@@ -241,7 +241,7 @@ fn radial_pixels(model: &v1::RadialPixels) -> Result<Distortion, FieldError> {
     if !(model.limit_px > 0.0) {
         return Err(FieldError::new(
             "limit_px",
-            format!("is {}, must be more than 0", model.limit_px),
+            format!("is {:?}, must be more than 0", model.limit_px),
         ));
     }
     Ok(Distortion::RadialPixels {
