@@ -170,6 +170,40 @@ fn a_million_points_on_one_pixel_come_to_an_end() {
     assert!((1..20).contains(&frame.stats.geometry_pixels), "{:?}", frame.stats);
 }
 
+/// Points are held in pages of 8192 blocks: those on a second one are seen beside those on the first,
+/// before them and behind them.
+#[test]
+fn points_of_several_pages_are_one_picture() {
+    let street = Street::with_pole(DVec3::ZERO);
+    let of_source = |source: u16, chunk: PointChunk| PointChunk {
+        id: PointNodeId { source, key: NodeKey::ROOT },
+        colours: vec![[60 * source as u8 + 60, 90, 30]; chunk.positions.len()],
+        ..chunk
+    };
+    let near = of_source(0, street.points(&[1], 0.04));
+    let behind_the_eye = |x: u32| PointChunk {
+        id: PointNodeId { source: 1, key: NodeKey { level: 14, x, y: 0, z: 0 } },
+        positions: vec![[-30.0, 0.0, 1.0]],
+        colours: Vec::new(),
+        ..near.clone()
+    };
+    let far = of_source(2, street.points(&[0, 2, 3], 0.1));
+    let drawn = |fillers: u32| {
+        let mut renderer = renderer(Settings::default(), vec![points_update(near.clone())]);
+        for x in 0..fillers {
+            renderer.apply(points_update(behind_the_eye(x))).expect("a good update");
+        }
+        renderer.apply(points_update(far.clone())).expect("a good update");
+        let frame = renderer.render(&view()).expect("a frame");
+        (frame, renderer.memory().points)
+    };
+    let ((one_page, bytes), (two_pages, more_bytes)) = (drawn(0), drawn(8192));
+    assert!(more_bytes >= 2 * bytes, "{bytes} and {more_bytes} bytes");
+    let shown = |red: u8| one_page.rgba.chunks_exact(4).filter(|pixel| pixel[0] == red).count();
+    assert!(shown(60) > 50 && shown(180) > 1000, "{} and {}", shown(60), shown(180));
+    assert!(one_page.rgba == two_pages.rgba && one_page.surfaces == two_pages.surfaces);
+}
+
 #[test]
 fn bad_updates_are_refused_and_change_nothing() {
     let street = Street::with_pole(DVec3::ZERO);
