@@ -21,7 +21,7 @@ use crate::shade::photograph::{Drawn, mark};
 use crate::shade::{self, ShadePass};
 use crate::splat::{SplatPass, ViewTarget};
 use crate::stages::{PassTime, Stages};
-use crate::surface::{self, SurfacePass};
+use crate::surface::{Rays, SurfacePass};
 use crate::targets::Targets;
 use crate::tiles::{self, TilePass, Tiled};
 use crate::{Applied, Gpu, Mode, RenderError, Settings, Texturing, depths, lens};
@@ -368,17 +368,8 @@ impl Renderer {
 
         let lens = lens::gpu_data::Lens::new(&view.camera.lens);
         let distorted = lens.model != 0;
-        let grid = if distorted { lens::undistortion_grid(&view.camera.lens) } else { Vec::new() };
-        let surface_view = surface::gpu_data::View {
-            camera,
-            lens,
-            grid_columns: lens::grid_size(size).x,
-            grid_step: lens::GRID_STEP as f32,
-            padding: [0; 2],
-        };
-        let positions = &targets.records.positions;
-        let positions = if inferring.is_some() { &targets.geometry } else { positions };
-        self.surface_pass.draw(gpu, stages.encoder(), &surface_view, &grid, targets, positions);
+        let rays = Rays::new(gpu, camera, &view.camera.lens);
+        self.surface_pass.draw(gpu, stages.encoder(), &rays, targets);
         stages.ended("surface")?;
 
         let drawn: Vec<((&Frustum, usize), Drawn)> = selected
@@ -405,6 +396,7 @@ impl Renderer {
         let evidence = Evidence {
             view,
             frame: &frame,
+            rays: &rays,
             photographs: &photographs,
             frustums: &seen,
             atlas: &self.photographs.atlas,

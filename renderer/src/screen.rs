@@ -33,6 +33,18 @@ impl Region {
     }
 }
 
+/// What a pass has to do with marks, depths of 0 or 1 beside what it draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Marks {
+    /// Its shader leaves one for each pixel.
+    Leaves,
+    /// It draws where they are 0, and leaves the rest as it is.
+    Heeds,
+}
+
+/// Of marks.
+pub(crate) const MARKS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
 /// A pipeline with the entry points `vs` and `fs`.
 #[derive(Debug)]
 pub(crate) struct ScreenPass {
@@ -59,7 +71,21 @@ pub(crate) fn screen_pass_with(
     constants: &[(&str, f64)],
 ) -> ScreenPass {
     let wgsl = wgpu::ShaderSource::Wgsl(wgsl.into());
-    let pipeline = pipeline(&gpu.device, label, wgsl, formats, constants);
+    let pipeline = pipeline(&gpu.device, label, wgsl, formats, constants, None);
+    ScreenPass { label, pipeline }
+}
+
+/// The same with marks.
+pub(crate) fn marked_pass(
+    gpu: &Gpu,
+    label: &'static str,
+    wgsl: &str,
+    formats: &[wgpu::TextureFormat],
+    constants: &[(&str, f64)],
+    marks: Marks,
+) -> ScreenPass {
+    let wgsl = wgpu::ShaderSource::Wgsl(wgsl.into());
+    let pipeline = pipeline(&gpu.device, label, wgsl, formats, constants, Some(marks));
     ScreenPass { label, pipeline }
 }
 
@@ -72,7 +98,7 @@ pub fn screen_pipeline(
     formats: &[wgpu::TextureFormat],
 ) -> wgpu::RenderPipeline {
     let wgsl = wgpu::ShaderSource::Wgsl([WHOLE_WGSL, wgsl].concat().into());
-    pipeline(device, label, wgsl, formats, &[])
+    pipeline(device, label, wgsl, formats, &[], None)
 }
 
 fn pipeline(
@@ -81,6 +107,7 @@ fn pipeline(
     source: wgpu::ShaderSource<'_>,
     formats: &[wgpu::TextureFormat],
     constants: &[(&str, f64)],
+    marks: Option<Marks>,
 ) -> wgpu::RenderPipeline {
     let label = Some(label);
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
@@ -96,7 +123,17 @@ fn pipeline(
             buffers: &[],
         },
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
+        depth_stencil: marks.map(|marks| wgpu::DepthStencilState {
+            format: MARKS_FORMAT,
+            depth_write_enabled: Some(marks == Marks::Leaves),
+            // The triangle lies at depth 0.
+            depth_compare: Some(match marks {
+                Marks::Leaves => wgpu::CompareFunction::Always,
+                Marks::Heeds => wgpu::CompareFunction::Equal,
+            }),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
             module: &module,
@@ -121,6 +158,19 @@ impl ScreenPass {
         self.draw_layers(gpu, encoder, vec![bindings], targets);
     }
 
+    /// The same for a pass with marks, which are of [`MARKS_FORMAT`] and of the size of the targets.
+    pub(crate) fn draw_marked(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        bindings: Bindings<'_>,
+        targets: &[&wgpu::TextureView],
+        marks: &wgpu::TextureView,
+    ) {
+        let parts = vec![(None, bindings)];
+        self.draw_with(gpu, encoder, parts, targets, wgpu::LoadOp::Load, Some(marks));
+    }
+
     /// Fills all of `targets`, one layer over the other; the first leaves no pixel out. Without any they
     /// are 0.
     pub(crate) fn draw_layers(
@@ -133,7 +183,7 @@ impl ScreenPass {
         // What is there does not matter, and to clear it first would take time.
         let load = if layers.is_empty() { CLEAR } else { wgpu::LoadOp::Load };
         let parts = layers.into_iter().map(|bindings| (None, bindings)).collect();
-        self.draw_with(gpu, encoder, parts, targets, load);
+        self.draw_with(gpu, encoder, parts, targets, load, None);
     }
 
     /// Fills parts of all of `targets`, each with bindings of its own; what is in none is 0.
@@ -144,7 +194,7 @@ impl ScreenPass {
         parts: Vec<(Option<Region>, Bindings<'_>)>,
         targets: &[&wgpu::TextureView],
     ) {
-        self.draw_with(gpu, encoder, parts, targets, CLEAR);
+        self.draw_with(gpu, encoder, parts, targets, CLEAR, None);
     }
 
     fn draw_with(
@@ -154,6 +204,7 @@ impl ScreenPass {
         parts: Vec<(Option<Region>, Bindings<'_>)>,
         targets: &[&wgpu::TextureView],
         load: wgpu::LoadOp<wgpu::Color>,
+        marks: Option<&wgpu::TextureView>,
     ) {
         let layout = self.pipeline.get_bind_group_layout(0);
         let attachments: Vec<_> = targets
@@ -170,6 +221,16 @@ impl ScreenPass {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(self.label),
             color_attachments: &attachments,
+            depth_stencil_attachment: marks.map(|view| {
+                // A pass that leaves marks leaves all: it need not clear them first.
+                let depth_ops =
+                    wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
+                wgpu::RenderPassDepthStencilAttachment {
+                    view,
+                    depth_ops: Some(depth_ops),
+                    stencil_ops: None,
+                }
+            }),
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);

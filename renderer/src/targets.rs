@@ -3,12 +3,12 @@
 use glam::UVec2;
 
 use crate::splat::{self, Nearest, Route};
-use crate::{Gpu, RenderError, memory, mesh, rest, shade, surface};
+use crate::{Gpu, RenderError, memory, mesh, rest, screen, shade, surface};
 
 /// Bytes of a pixel of all targets of the G-buffer's size, rounded up …
 const GBUFFER_BYTES: u64 = 64;
 /// … and of the picture's.
-const PICTURE_BYTES: u64 = 84;
+const PICTURE_BYTES: u64 = 72;
 
 /// Everything that a view writes to, kept between frames of the same size. The first are of
 /// the G-buffer's size, those from `records` on of the picture's.
@@ -26,8 +26,8 @@ pub(crate) struct Targets {
     pub(crate) canvas: wgpu::TextureView,
     /// What the pixels show.
     pub(crate) records: Records,
-    /// Their positions before those are completed by inferred places, where they are.
-    pub(crate) geometry: wgpu::TextureView,
+    /// Those of which nothing is known, see surface.wgsl.
+    pub(crate) marks: wgpu::TextureView,
     pub(crate) choice: wgpu::TextureView,
     pub(crate) blended: wgpu::TextureView,
     /// The weight of what the nearest rigs have said, see rest/limit.wgsl.
@@ -63,7 +63,6 @@ impl Targets {
         let drawn = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
         let target = TextureUsages::RENDER_ATTACHMENT;
         let read = drawn | TextureUsages::COPY_SRC;
-        let positions = || view(surface::POSITION_FORMAT, picture_size, read);
         Self {
             gbuffer_size,
             picture_size,
@@ -75,10 +74,10 @@ impl Targets {
             nearest_points: Nearest::new(gpu, gbuffer_size, route),
             canvas: splat::quads::canvas(gpu, gbuffer_size),
             records: Records {
-                positions: positions(),
+                positions: view(surface::POSITION_FORMAT, picture_size, read),
                 orientations: view(surface::ORIENTATION_FORMAT, picture_size, read),
             },
-            geometry: positions(),
+            marks: view(screen::MARKS_FORMAT, picture_size, target),
             choice: view(shade::CHOICE_FORMAT, picture_size, target),
             blended: view(shade::blend_format(gpu), picture_size, drawn),
             said: view(rest::SAID_FORMAT, picture_size, drawn),
@@ -103,9 +102,9 @@ impl Targets {
     /// Bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
         let Self { planes, surfaces, depth, winners, winning_normals, .. } = self;
-        let Self { canvas, records, geometry, choice, blended, said, .. } = self;
+        let Self { canvas, records, marks, choice, blended, said, .. } = self;
         let Records { positions, orientations } = records;
-        let shown = [positions, orientations, geometry];
+        let shown = [positions, orientations, marks];
         let views = [planes, surfaces, depth, winners, winning_normals, canvas].into_iter();
         let views = views.chain([choice, blended, said]);
         let views = views.chain(shown).map(|view| memory::of_texture(view.texture()));

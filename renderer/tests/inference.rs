@@ -5,8 +5,8 @@ mod common;
 use common::tolerances::{INFERRED_JUMPING_SHARE, INFERRED_STEP_255};
 use common::*;
 use flaneur_renderer::{Frame, Mode, Settings, Surface};
-use flaneur_scene::{SceneUpdate, View};
-use glam::{DVec3, UVec2};
+use flaneur_scene::{Distortion, Lens, SceneUpdate, View};
+use glam::{DVec2, DVec3, UVec2};
 
 const SIZE: UVec2 = UVec2::new(320, 240);
 const PHOTO: UVec2 = UVec2::new(640, 480);
@@ -51,8 +51,12 @@ fn off() -> Settings {
 
 /// Mean difference from the truth, 255ths, of the pixels that show `object`, or the sky.
 fn missed(frame: &Frame, object: Option<usize>) -> f64 {
-    let street = street();
-    let truth = street.picture(&view(&street).camera);
+    missed_through(frame, &view(&street()), object)
+}
+
+/// The same of a frame of `view`.
+fn missed_through(frame: &Frame, view: &View, object: Option<usize>) -> f64 {
+    let truth = street().picture(&view.camera);
     let differences: Vec<f64> = (0..truth.len())
         .filter(|&i| {
             truth[i].map(|(hit, _)| hit.object) == object && !frame.surfaces[i].is_geometry()
@@ -79,6 +83,31 @@ fn a_missing_wall_is_seen_where_the_photographs_agree() {
 fn the_sky_has_the_colour_that_photographs_show() {
     let sky = missed(&frame(Settings::default()), None);
     assert!(sky < 12.0 && missed(&frame(off()), None) > 100.0, "{sky}");
+}
+
+/// Each model of lens has its own rays.
+#[test]
+fn a_lens_that_distorts_finds_the_same_sky_and_wall() {
+    let street = street();
+    let straight = view(&street).camera;
+    for distortion in [
+        Distortion::RadialPixels {
+            centre: DVec2::new(158.0, 123.0),
+            k: [-5e-6, 4e-11, -1e-16],
+            limit_px: 400.0,
+        },
+        Distortion::Brown { k: [0.2, 0.1, 0.0], p: [0.01, -0.008] },
+        Distortion::Fisheye { k: [-0.02, 0.004, 0.0, 0.0] },
+    ] {
+        let lens = Lens { distortion, ..straight.lens };
+        let view = View::from(with_lens(straight, lens));
+        let mut renderer = renderer(Settings::default(), without_wall(&street));
+        let frame = renderer.render(&view).expect("a frame");
+        keep(&frame, "inferred-distorted");
+        let [sky, wall] = [None, Some(0)].map(|object| missed_through(&frame, &view, object));
+        println!("{distortion:?}: sky off by {sky:.1}, wall by {wall:.1}");
+        assert!(sky < 3.0 && wall < 10.0, "{distortion:?}: {sky} {wall}");
+    }
 }
 
 #[test]

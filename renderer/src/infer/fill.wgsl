@@ -1,22 +1,19 @@
-// The positions of the picture, with inferred places where there was nothing; those face the eye, as
-// what was nothing does already. Needs octahedral.wgsl, place.wgsl, inference.wgsl and screen.wgsl.
+// Inferred places, for pixels of the picture that nothing is known of; they face the eye, as those do
+// already. Needs ray.wgsl, octahedral.wgsl, place.wgsl and inference.wgsl.
 
-@group(0) @binding(0) var<uniform> inference: Inference;
-@group(0) @binding(1) var positions: texture_2d<u32>;
-@group(0) @binding(2) var settled: texture_2d<f32>;
+@group(0) @binding(2) var<uniform> inference: Inference;
+@group(0) @binding(3) var settled: texture_2d<f32>;
 
 @fragment
-fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
-    let position = textureLoad(positions, vec2<i32>(at.xy), 0);
-    let ray = bitcast<vec3<f32>>(position.xyz);
-    if (position.w & KIND_BITS) == SHOWS_NOTHING && dot(ray, ray) > 0.0 {
-        var place: Place;
-        place.kind = SHOWS_INFERRED;
-        place.position = ray / max(inverse_range(at.xy), 1e-9);
-        place.relief_m = RELIEF_M;
-        return packed_position(place, false);
-    }
-    return position;
+fn fs(corner: Corner) -> @location(0) vec4<u32> {
+    take(corner);
+    let at = corner.position.xy;
+    let ray = normalize(ray_through(camera, direction(at, corner.lens).xy).direction);
+    var place: Place;
+    place.kind = SHOWS_INFERRED;
+    place.position = ray / max(inverse_range(at), 1e-9);
+    place.relief_m = RELIEF_M;
+    return packed_position(place, false);
 }
 
 // Bilinear between the cells.

@@ -13,9 +13,9 @@ use wgpu::util::DeviceExt as _;
 use crate::diffuse::DiffusePass;
 use crate::frustum::Frustum;
 use crate::photographs::atlas::Atlas;
-use crate::screen::{ScreenPass, WHOLE_WGSL, screen_pass, screen_pass_with};
+use crate::screen::{Marks, ScreenPass, WHOLE_WGSL, marked_pass, screen_pass, screen_pass_with};
 use crate::shade::photograph::Drawn;
-use crate::surface::{PLACE_WGSL, POSITION_FORMAT};
+use crate::surface::{self, PLACE_WGSL, POSITION_FORMAT, Rays};
 use crate::targets::Targets;
 use crate::tiles::{Shown, TilePass};
 use crate::{Gpu, lens, memory, octahedral, shade};
@@ -83,7 +83,7 @@ pub(crate) fn sources() -> [(&'static str, String); 8] {
     let places = [octahedral::WGSL, PLACE_WGSL].concat();
     let gather = plain(include_str!("gather.wgsl"));
     let hypotheses = plain(include_str!("places.wgsl"));
-    let fill = plain(include_str!("fill.wgsl"));
+    let fill = [INFERENCE_WGSL, include_str!("fill.wgsl")].concat();
     let choose = plain(include_str!("choose.wgsl"));
     [
         ("gather", [&places, &gather[..]].concat()),
@@ -93,7 +93,7 @@ pub(crate) fn sources() -> [(&'static str, String); 8] {
         ("window", plain(include_str!("window.wgsl"))),
         ("choose", [lens::WGSL, &choose[..]].concat()),
         ("settle", plain(include_str!("settle.wgsl"))),
-        ("fill", [&places, &fill[..]].concat()),
+        ("fill", [&surface::ray_wgsl(), &places, &fill[..]].concat()),
     ]
 }
 
@@ -123,7 +123,8 @@ pub(crate) struct InferPass {
     windows: [ScreenPass; 2],
     choose: ScreenPass,
     settle: ScreenPass,
-    fill: ScreenPass,
+    /// One a lens model.
+    fill: [ScreenPass; lens::MODELS],
     cells: Option<Cells>,
     past: Option<Past>,
 }
@@ -133,6 +134,7 @@ pub(crate) struct InferPass {
 pub(crate) struct Evidence<'a> {
     pub(crate) view: &'a View,
     pub(crate) frame: &'a shade::gpu_data::Frame,
+    pub(crate) rays: &'a Rays,
     /// Ordered by rig, the nearest first.
     pub(crate) photographs: &'a [Drawn],
     /// What each can see, and its rig.
@@ -160,6 +162,10 @@ impl InferPass {
             let constants = [("ALONG_X", f64::from(u8::from(x)))];
             screen_pass_with(gpu, window.0, &window.1, &[COST_FORMAT], &constants)
         };
+        let fill = |model: usize| {
+            let constants = [("LENS_MODEL", model as f64)];
+            marked_pass(gpu, fill.0, &fill.1, &[POSITION_FORMAT], &constants, Marks::Heeds)
+        };
         Self {
             gather: pass(gather, &[RAY_FORMAT, KNOWN_FORMAT]),
             diffuse: DiffusePass::new(gpu, KNOWN_FORMAT),
@@ -169,7 +175,7 @@ impl InferPass {
             windows: [along(true), along(false)],
             choose: pass(choose, &[INVERSE_FORMAT]),
             settle: pass(settle, &[INVERSE_FORMAT]),
-            fill: pass(fill, &[POSITION_FORMAT]),
+            fill: std::array::from_fn(fill),
             cells: None,
             past: None,
         }
@@ -213,7 +219,7 @@ impl InferPass {
         std::mem::replace(&mut self.past, past)
     }
 
-    /// The records of `targets`: its geometry, completed by inferred places.
+    /// Completes the records of `targets` by inferred places.
     pub(crate) fn draw(
         &mut self,
         gpu: &Gpu,
@@ -258,7 +264,8 @@ impl InferPass {
         let (inference, before) = (uniforms.0.as_entire_binding(), uniforms.1.as_entire_binding());
         let texture = wgpu::BindingResource::TextureView;
 
-        let seen = vec![inference.clone(), texture(&targets.geometry)];
+        let positions = &targets.records.positions;
+        let seen = vec![inference.clone(), texture(positions)];
         self.gather.draw(gpu, encoder, seen, &[&cells.rays, &cells.levels.known_layers()[0]]);
         // Without any geometry all is backdrop.
         self.diffuse.draw(gpu, encoder, &cells.levels, [backdrop, 0.0, 0.0]);
@@ -300,8 +307,10 @@ impl InferPass {
         self.choose.draw(gpu, encoder, bindings, &[&cells.chosen]);
         let bindings = vec![inference.clone(), texture(&cells.diffused), texture(&cells.chosen)];
         self.settle.draw(gpu, encoder, bindings, &[settled]);
-        let bindings = vec![inference, texture(&targets.geometry), texture(settled)];
-        self.fill.draw(gpu, encoder, bindings, &[&targets.records.positions]);
+        let mut bindings = evidence.rays.bindings().to_vec();
+        bindings.extend([inference, texture(settled)]);
+        let fill = evidence.rays.pass(&self.fill);
+        fill.draw_marked(gpu, encoder, bindings, &[positions], &targets.marks);
 
         // By turns: what this picture was compared with is drawn into by the next.
         let free = past.map_or_else(|| Cells::inverses(gpu, grid), |past| past.settled);
