@@ -45,6 +45,7 @@ fn homes() -> Vec<(&'static str, f64, Option<&'static str>)> {
         ("FEATHER", shade::reference::FEATHER),
         ("INFERRED_OFF", shade::reference::INFERRED_OFF),
         ("TILE", tiles::TILE.into()),
+        ("BLOCK", tiles::BLOCK.into()),
         ("UNHEARD", rest::reference::UNHEARD),
         ("MAX_RIGS", rest::MAX_RIGS as f64),
         ("AT_ONCE", rest::AT_ONCE as f64),

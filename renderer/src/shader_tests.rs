@@ -180,7 +180,7 @@ fn mirrors_have_the_layout_of_their_shaders() {
         tiles::WGSL,
         "Frame",
         tiles::gpu_data::Frame,
-        [size, columns, tile_count, right, apart, down, orthographic, forward, padding]
+        [size, columns, rows, right, apart, down, orthographic, forward, padding]
     );
     assert_mirrors!(
         tiles::WGSL,

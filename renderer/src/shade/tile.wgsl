@@ -29,10 +29,10 @@ const TILE: u32 = 32u;
 const TESTS_DEPTH: u32 = 1u;
 const SHOWS_MARKS: u32 = 2u;
 
-// A corner of a tile, its column in the low half and its row in the high, of a picture of `size`
-// pixels; four make a strip.
+// A corner of a square of tiles, as tiles.wgsl lists them, of a picture of `size` pixels; four make a strip.
 fn corner_of(tile: u32, index: u32, size: vec2<f32>) -> Corner {
-    let cell = vec2((tile & 0xffffu) + (index & 1u), (tile >> 16u) + (index >> 1u));
+    let first = vec2(tile & 0x3fffu, tile >> 16u);
+    let cell = first + (vec2(index & 1u, index >> 1u) << vec2(tile >> 14u & 3u));
     let ndc = 2.0 * vec2<f32>(cell * TILE) / size - 1.0;
     let p = given;
     let e = eye_of_frame();

@@ -21,6 +21,8 @@ mod tests;
 
 /// Pixels a side of a tile; `TILE` in shaders.
 pub(crate) const TILE: u32 = 32;
+/// Tiles a side of a block; `BLOCK` in tiles.wgsl.
+pub(crate) const BLOCK: u32 = 4;
 
 pub(crate) const WGSL: &str = include_str!("tiles.wgsl");
 
@@ -31,7 +33,7 @@ pub(crate) mod gpu_data {
     pub(crate) struct Frame {
         pub(crate) size: [u32; 2],
         pub(crate) columns: u32,
-        pub(crate) tile_count: u32,
+        pub(crate) rows: u32,
         pub(crate) right: [f32; 3],
         pub(crate) apart: u32,
         pub(crate) down: [f32; 3],
@@ -96,6 +98,7 @@ pub(crate) const TILE_ATTRIBUTE: wgpu::VertexBufferLayout<'_> = wgpu::VertexBuff
 #[derive(Debug)]
 pub(crate) struct TilePass {
     bound: wgpu::ComputePipeline,
+    meet: wgpu::ComputePipeline,
     list: wgpu::ComputePipeline,
 }
 
@@ -128,9 +131,9 @@ pub(crate) struct TileLists {
 }
 
 impl TileLists {
-    /// Draws a strip of four corners over each tile of the photograph `index` of those listed, of those
-    /// that it has to itself or of those that it shares with others of its rig; the tile, column
-    /// in the low half and row in the high, is the attribute of vertex buffer 0.
+    /// Draws a strip of four corners over each square of tiles of the photograph `index` of those listed, of those
+    /// that it has to itself or of those that it shares with others of its rig; the square, as
+    /// tiles.wgsl has it, is the attribute of vertex buffer 0.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, index: u32, alone: bool) {
         let draw = 2 * u64::from(index) + u64::from(alone);
         let bytes = u64::from(self.tile_count) * 4;
@@ -155,7 +158,7 @@ impl TilePass {
                 cache: None,
             })
         };
-        Self { bound: pipeline("bound"), list: pipeline("list") }
+        Self { bound: pipeline("bound"), meet: pipeline("meet"), list: pipeline("list") }
     }
 
     /// The boxes around what the tiles of a picture show.
@@ -223,15 +226,25 @@ impl TilePass {
             usage: Usage::STORAGE | Usage::VERTEX | Usage::COPY_SRC,
             mapped_at_creation: false,
         });
-        let resources = vec![
+        let blocks = tiles_of(size).map(|tiles| tiles.div_ceil(BLOCK)).element_product();
+        let met = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("tiles"),
+            size: u64::from(blocks) * 4 * pyramids.len() as u64,
+            usage: Usage::STORAGE,
+            mapped_at_creation: false,
+        });
+        let workgroups = UVec2::new(blocks.div_ceil(32), pyramids.len() as u32);
+        let both = [
             (0, frame.as_entire_binding()),
-            (2, boxes.as_entire_binding()),
             (3, pyramids_on_device.as_entire_binding()),
-            (4, draws.as_entire_binding()),
-            (5, lists.as_entire_binding()),
-            (6, asked.as_entire_binding()),
+            (7, met.as_entire_binding()),
         ];
-        dispatch(gpu, encoder, &self.list, resources, UVec2::new(tile_count.div_ceil(64), 1));
+        let mut resources = both.to_vec();
+        resources.extend([(2, boxes.as_entire_binding()), (6, asked.as_entire_binding())]);
+        dispatch(gpu, encoder, &self.meet, resources, workgroups);
+        let mut resources = both.to_vec();
+        resources.extend([(4, draws.as_entire_binding()), (5, lists.as_entire_binding())]);
+        dispatch(gpu, encoder, &self.list, resources, workgroups);
         Some(TileLists { lists, draws, tile_count })
     }
 }
@@ -247,7 +260,7 @@ fn frame(gpu: &Gpu, view: &View, size: UVec2, apart: bool) -> wgpu::Buffer {
     let frame = gpu_data::Frame {
         size: size.to_array(),
         columns: tiles.x,
-        tile_count: tiles.element_product(),
+        rows: tiles.y,
         right: axes.x_axis.as_vec3().to_array(),
         apart: u32::from(apart),
         down: axes.y_axis.as_vec3().to_array(),

@@ -95,13 +95,22 @@ fn photographs() -> Vec<(PosedCamera, usize)> {
     ]
 }
 
-/// For each photograph which tiles the device lists, and whether apart from those that it shares.
+/// How a tile is listed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Listed {
+    /// Apart from those that a photograph shares with others of its rig.
+    apart: bool,
+    /// In a square of so many tiles a side.
+    side: u32,
+}
+
+/// For each photograph which tiles the device lists, and how.
 fn on_device(
     view: &View,
     places: &[([f32; 3], bool)],
     photographs: &[(PosedCamera, usize)],
     apart: bool,
-) -> Vec<Vec<Option<bool>>> {
+) -> Vec<Vec<Option<Listed>>> {
     let positions = records(SIZE, places);
     let frustums: Vec<Frustum> = photographs.iter().map(|(camera, _)| frustum(camera)).collect();
     let seen: Vec<_> = frustums.iter().zip(photographs).map(|(f, (_, rig))| (f, *rig)).collect();
@@ -117,15 +126,19 @@ fn on_device(
     let columns = SIZE.x.div_ceil(TILE);
     let of_photograph = |index: usize| {
         let mut tiles = vec![None; lists.tile_count as usize];
-        for alone in [false, true] {
-            let draw = 2 * index + usize::from(alone);
+        for apart in [false, true] {
+            let draw = 2 * index + usize::from(apart);
             let gpu_data::Draw { vertex_count, instance_count, first_vertex, first_instance } =
                 draws[draw];
             assert_eq!([vertex_count, first_vertex, first_instance], [4, 0, 0]);
             let first = draw * lists.tile_count as usize;
             for word in &listed[first..first + instance_count as usize] {
-                let tile = &mut tiles[((word >> 16) * columns + (word & 0xffff)) as usize];
-                assert_eq!(tile.replace(alone), None, "listed once");
+                let (first, side) = (UVec2::new(word & 0x3fff, word >> 16), 1 << (word >> 14 & 3));
+                for i in 0..side * side {
+                    let cell = first + UVec2::new(i % side, i / side);
+                    let tile = &mut tiles[(cell.y * columns + cell.x) as usize];
+                    assert_eq!(tile.replace(Listed { apart, side }), None, "listed once");
+                }
             }
         }
         tiles
@@ -200,7 +213,7 @@ fn tiles_of_one_photograph_of_a_rig_are_listed_apart() {
         let found = on_device(&view, &places, &photographs, true);
         for ((_, rig), tiles) in photographs.iter().zip(&found) {
             for (i, tile) in tiles.iter().enumerate() {
-                let Some(apart) = tile else { continue };
+                let Some(Listed { apart, .. }) = tile else { continue };
                 let of_rig = photographs.iter().zip(&found).filter(|((_, other), _)| other == rig);
                 let rivals = of_rig.filter(|(_, tiles)| tiles[i].is_some()).count() - 1;
                 assert_eq!(*apart, rivals == 0, "tile {i}");
@@ -210,8 +223,38 @@ fn tiles_of_one_photograph_of_a_rig_are_listed_apart() {
         // Where nothing is listed apart the tiles are the same.
         let together = on_device(&view, &places, &photographs, false);
         for (tiles, together) in found.iter().flatten().zip(together.iter().flatten()) {
-            assert_eq!(tiles.map(|_| false), *together);
+            assert_eq!(tiles.is_some(), together.is_some());
+            assert!(together.is_none_or(|tile| !tile.apart));
         }
     }
     assert!(alone > 100 && shared > 100, "{alone} {shared}");
+}
+
+/// Tiles are listed in the largest squares of 4 or of 16, aligned with the picture, that are all listed alike.
+#[test]
+fn tiles_are_listed_in_the_largest_squares() {
+    let photographs = photographs();
+    let columns = SIZE.x.div_ceil(TILE);
+    let mut of_side = [0; 5];
+    for view in views() {
+        for tiles in on_device(&view, &shown(&view), &photographs, true) {
+            for (i, tile) in (0..).zip(&tiles) {
+                let Some(Listed { apart, side }) = *tile else { continue };
+                let at = UVec2::new(i % columns, i / columns);
+                let alike = |side: u32| {
+                    (0..side * side).all(|i| {
+                        let cell = at / side * side + UVec2::new(i % side, i / side);
+                        let inside = cell.x < columns;
+                        let other = tiles.get((cell.y * columns + cell.x) as usize);
+                        let other = other.copied().flatten().filter(|_| inside);
+                        other.is_some_and(|other| other.apart == apart)
+                    })
+                };
+                let largest = [4, 2, 1].into_iter().find(|&side| alike(side));
+                assert_eq!(Some(side), largest, "tile {at}");
+                of_side[side as usize] += 1;
+            }
+        }
+    }
+    assert!([1, 2, 4].map(|side| of_side[side] >= 16) == [true; 3], "{of_side:?}");
 }
