@@ -126,10 +126,10 @@ fn pipeline(
         depth_stencil: marks.map(|marks| wgpu::DepthStencilState {
             format: MARKS_FORMAT,
             depth_write_enabled: Some(marks == Marks::Leaves),
-            // The triangle lies at depth 0.
+            // The triangle lies at depth 0, no mark below.
             depth_compare: Some(match marks {
                 Marks::Leaves => wgpu::CompareFunction::Always,
-                Marks::Heeds => wgpu::CompareFunction::Equal,
+                Marks::Heeds => wgpu::CompareFunction::GreaterEqual,
             }),
             stencil: wgpu::StencilState::default(),
             bias: wgpu::DepthBiasState::default(),
