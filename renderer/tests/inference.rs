@@ -5,8 +5,8 @@ mod common;
 use common::tolerances::{INFERRED_JUMPING_SHARE, INFERRED_STEP_255};
 use common::*;
 use flaneur_renderer::{Frame, Mode, Settings, Surface};
-use flaneur_scene::{Distortion, Lens, SceneUpdate, View};
-use glam::{DVec2, DVec3, UVec2};
+use flaneur_scene::{Lens, SceneUpdate, View};
+use glam::{DVec3, UVec2};
 
 const SIZE: UVec2 = UVec2::new(320, 240);
 const PHOTO: UVec2 = UVec2::new(640, 480);
@@ -90,15 +90,7 @@ fn the_sky_has_the_colour_that_photographs_show() {
 fn a_lens_that_distorts_finds_the_same_sky_and_wall() {
     let street = street();
     let straight = view(&street).camera;
-    for distortion in [
-        Distortion::RadialPixels {
-            centre: DVec2::new(158.0, 123.0),
-            k: [-5e-6, 4e-11, -1e-16],
-            limit_px: 400.0,
-        },
-        Distortion::Brown { k: [0.2, 0.1, 0.0], p: [0.01, -0.008] },
-        Distortion::Fisheye { k: [-0.02, 0.004, 0.0, 0.0] },
-    ] {
+    for distortion in DISTORTIONS {
         let lens = Lens { distortion, ..straight.lens };
         let view = View::from(with_lens(straight, lens));
         let mut renderer = renderer(Settings::default(), without_wall(&street));

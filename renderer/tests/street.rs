@@ -165,15 +165,7 @@ fn points_within_its_uncertainty_replace_the_wall() {
 fn a_distorted_view_shows_the_street_through_its_lens() {
     let street = Street::with_pole(DVec3::ZERO);
     let intrinsics = Intrinsics { fx: 180.0, fy: 175.0, cx: 164.0, cy: 117.0 };
-    for distortion in [
-        Distortion::RadialPixels {
-            centre: DVec2::new(158.0, 123.0),
-            k: [-5e-6, 4e-11, -1e-16],
-            limit_px: 400.0,
-        },
-        Distortion::Brown { k: [0.2, 0.1, 0.0], p: [0.01, -0.008] },
-        Distortion::Fisheye { k: [-0.02, 0.004, 0.0, 0.0] },
-    ] {
+    for distortion in DISTORTIONS {
         let lens = Lens { size: SIZE, intrinsics, distortion };
         let view = View::from(with_lens(view(street.origin).camera, lens));
         let frame = renderer(Settings::default(), meshed(&street)).render(&view).expect("a frame");

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use flaneur_renderer::{Frame, Gpu, Renderer, Settings};
 use flaneur_scene::{
-    ImageId, ImageUpdate, Lens, MeshTile, MeshVertex, NodeKey, PointChunk, PointNodeId,
+    Distortion, ImageId, ImageUpdate, Lens, MeshTile, MeshVertex, NodeKey, PointChunk, PointNodeId,
     PointStations, PosedCamera, SceneUpdate, SurfaceClass, TileKey, TileLayer, View,
     srgb_from_linear,
 };
@@ -231,6 +231,17 @@ pub fn camera(
     let [heading, pitch, fov] = [heading, pitch, fov].map(f64::to_radians);
     View::look(eye, heading, pitch, fov, size).camera
 }
+
+/// One of each model, for pictures of some 320 pixels by 240.
+pub const DISTORTIONS: [Distortion; 3] = [
+    Distortion::RadialPixels {
+        centre: DVec2::new(158.0, 123.0),
+        k: [-5e-6, 4e-11, -1e-16],
+        limit_px: 400.0,
+    },
+    Distortion::Brown { k: [0.2, 0.1, 0.0], p: [0.01, -0.008] },
+    Distortion::Fisheye { k: [-0.02, 0.004, 0.0, 0.0] },
+];
 
 /// The same camera with another lens.
 pub fn with_lens(camera: PosedCamera, lens: Lens) -> PosedCamera {
