@@ -169,7 +169,7 @@ fn geographic(p: v1::GeographicPosition) -> Result<[f64; 3], FieldError> {
         if finite(field, value)?.abs() <= limit {
             Ok(value)
         } else {
-            Err(FieldError::new(field, format!("is {value}, must be -{limit} to {limit}")))
+            Err(FieldError::new(field, format!("is {value:?}, must be -{limit} to {limit}")))
         }
     };
     let checked = || {

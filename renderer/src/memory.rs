@@ -3,8 +3,8 @@
 use flaneur_scene::{ImageId, SceneUpdate};
 
 /// Bytes of buffers and textures that are kept between frames, by what they hold. What is made anew
-/// for every frame and given back after it (lists of what is drawn, uniforms) is not among them: some
-/// eight bytes for every 256 points, and for every photograph and tile of 32×32 pixels.
+/// for every frame and given back after it (lists of what is drawn, uniforms) is not among them: 32
+/// bytes for every 256 points, and some eight for every photograph and tile of 32×32 pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MemoryReport {
     /// Pages of points, whether in use or free.

@@ -158,7 +158,8 @@ impl ScreenPass {
         self.draw_layers(gpu, encoder, vec![bindings], targets);
     }
 
-    /// The same for a pass with marks, which are of [`MARKS_FORMAT`] and of the size of the targets.
+    /// The same for a pass with marks, of [`MARKS_FORMAT`] and of the size of the targets: one that heeds them
+    /// fills no more than those.
     pub(crate) fn draw_marked(
         &self,
         gpu: &Gpu,
@@ -180,7 +181,7 @@ impl ScreenPass {
         layers: Vec<Bindings<'_>>,
         targets: &[&wgpu::TextureView],
     ) {
-        // What is there does not matter, and to clear it first would take time.
+        // What is there does not matter, and to clear it first would take time in every frame.
         let load = if layers.is_empty() { CLEAR } else { wgpu::LoadOp::Load };
         let parts = layers.into_iter().map(|bindings| (None, bindings)).collect();
         self.draw_with(gpu, encoder, parts, targets, load, None);

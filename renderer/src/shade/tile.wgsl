@@ -32,7 +32,7 @@ const SHOWS_MARKS: u32 = 2u;
 // A corner of a square of tiles, as tiles.wgsl lists them, of a picture of `size` pixels; four make a strip.
 fn corner_of(tile: u32, index: u32, size: vec2<f32>) -> Corner {
     let first = vec2(tile & 0x3fffu, tile >> 16u);
-    let cell = first + (vec2(index & 1u, index >> 1u) << vec2(tile >> 14u & 3u));
+    let cell = first + (vec2(index & 1u, index >> 1u) << vec2((tile >> 14u) & 3u));
     let ndc = 2.0 * vec2<f32>(cell * TILE) / size - 1.0;
     let p = given;
     let e = eye_of_frame();

@@ -85,7 +85,7 @@ fn disc_wgsl(route: Route) -> String {
 pub(crate) mod gpu_data {
     use crate::camera::gpu_data::Camera;
 
-    /// Mirrors `Job` in splat.wgsl.
+    /// Mirrors `Job` in job.wgsl.
     #[repr(C)]
     #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
     pub(crate) struct Job {
@@ -198,7 +198,9 @@ impl SplatPass {
         camera: &Camera,
         target: ViewTarget<'_>,
     ) {
-        self.clear(gpu, encoder, target.nearest.words());
+        for words in target.nearest.words() {
+            self.clear(gpu, encoder, words);
+        }
         let blocks = uploaded(gpu, list);
         if let Some(blocks) = &blocks {
             let (pipeline, phases): (_, &[u32]) = match (target.nearest.route(), &self.atomic_64) {

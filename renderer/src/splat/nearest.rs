@@ -42,9 +42,10 @@ impl Nearest {
         self.route
     }
 
-    /// All words, to be emptied.
-    pub(super) fn words(&self) -> wgpu::BufferBinding<'_> {
-        self.words.as_entire_buffer_binding()
+    /// All words, to be emptied: in two halves, since the whole may be more than a binding can be.
+    pub(super) fn words(&self) -> [wgpu::BufferBinding<'_>; 2] {
+        let half = half(self.pixels);
+        [self.part(0, half), self.part(half, half)]
     }
 
     /// What the route's shader writes.

@@ -126,7 +126,7 @@ fn meet(@builtin(global_invocation_id) id: vec3<u32>) {
         if cell.x < frame.columns && cell.y < frame.rows {
             let index = cell.y * frame.columns + cell.x;
             let box = boxes[index];
-            let is_asked = (asked[index] >> rig & 1u) == 1u && box.low.x <= box.high.x;
+            let is_asked = ((asked[index] >> rig) & 1u) == 1u && box.low.x <= box.high.x;
             tiles |= select(0u, 1u << t, is_asked && meets(id.y, box.low, box.high));
         }
     }
@@ -164,13 +164,13 @@ fn add(draw: u32, tiles: u32, corner: vec2<u32>) {
         return;
     }
     for (var first = 0u; first < BLOCK * BLOCK; first += 4u) {
-        let four = tiles >> first & 0xfu;
+        let four = (tiles >> first) & 0xfu;
         if four == 0xfu {
             put(draw, corner + cell_of(first), 1u);
             continue;
         }
         for (var t = 0u; t < 4u; t++) {
-            if (four >> t & 1u) == 1u {
+            if ((four >> t) & 1u) == 1u {
                 put(draw, corner + cell_of(first + t), 0u);
             }
         }
@@ -190,7 +190,7 @@ fn blocks_of_picture() -> vec2<u32> {
 
 // Of the tiles of a block, of which each four in turn are a square.
 fn cell_of(t: u32) -> vec2<u32> {
-    return vec2((t & 1u) | (t >> 1u & 2u), (t >> 1u & 1u) | (t >> 2u & 2u));
+    return vec2((t & 1u) | ((t >> 1u) & 2u), ((t >> 1u) & 1u) | ((t >> 2u) & 2u));
 }
 
 fn meets(photograph: u32, low: vec3<f32>, high: vec3<f32>) -> bool {

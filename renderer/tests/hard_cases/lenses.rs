@@ -48,16 +48,24 @@ fn photographs_whose_lens_folds_back() {
     }
 }
 
-/// The pixels of a view that its lens does not reach are background, and the others show the
-/// street, except for up to 8 pixels before the limit.
+/// The pixels of a view that its lens does not reach are background, whether or not depths are inferred, and the
+/// others show the street, except for up to 8 pixels before the limit.
 #[test]
 fn views_whose_lens_folds_back() {
     let street = Street::with_pole(DVec3::ZERO);
-    let updates = street_and(&[("a/x", photo_camera([-1.0, 0.0, 2.0], 85.0))]);
-    for lens in folding_lenses(SIZE) {
-        let camera = with_lens(view(), lens);
-        let frame = renderer(settings(), updates.clone()).render(&camera.into()).expect("a frame");
+    let photo = photo_camera([-1.0, 0.0, 2.0], 85.0);
+    let upwards = camera(DVec3::ZERO, [-1.0, 0.0, 2.0], 85.0, 40.0, 90.0, PHOTO);
+    let ahead = (view(), false, street_and(&[("a/x", photo)]));
+    let up = camera(DVec3::ZERO, [-0.8, 0.5, 1.8], 88.0, 45.0, 60.0, SIZE);
+    let up = (up, true, street_and(&[("a/x", photo), ("b/x", upwards)]));
+    let lenses = folding_lenses(SIZE).into_iter();
+    for (lens, (view, infer, updates)) in lenses.flat_map(|lens| [(lens, &ahead), (lens, &up)]) {
+        let camera = with_lens(*view, lens);
+        let settings = Settings { infer: *infer, ..settings() };
+        let frame = renderer(settings, updates.clone()).render(&camera.into()).expect("a frame");
         keep(&frame, "folding view");
+        let inferred = count(&frame, |surface| surface == Surface::Inferred);
+        assert_eq!(inferred > 300, *infer, "{lens:?}: {inferred}");
         let truth = street.picture(&camera);
         let reached: Vec<bool> = pixels(SIZE).map(|p| lens.unproject(p).is_some()).collect();
         let (mut beyond, mut within) = (0, 0);

@@ -1,9 +1,9 @@
 //! Where there is no geometry: what the device infers against f64, step by step and as frames.
 
-use flaneur_scene::{SceneUpdate, View};
+use flaneur_scene::{Distortion, Lens, SceneUpdate, View};
 use glam::{DVec2, DVec3, UVec2};
 
-use super::common::{Street, camera, image_update, mesh_update};
+use super::common::{DISTORTIONS, Street, camera, image_update, mesh_update, with_lens};
 use super::{SIZE, Scene, both, keep_both, settings};
 use crate::infer::reference::Past;
 use crate::kernel_tests::channels::texels;
@@ -50,14 +50,18 @@ fn view(origin: DVec3) -> View {
 }
 
 fn rendered(origin: DVec3) -> (Renderer, Scene, Hypotheses, Vec<Vec<Sights>>) {
+    rendered_as(origin, &view(origin))
+}
+
+fn rendered_as(origin: DVec3, view: &View) -> (Renderer, Scene, Hypotheses, Vec<Vec<Sights>>) {
     let mut renderer = Renderer::with_settings(gpu(), inferring());
     let mut scene = Scene::new(inferring());
     for update in updates(origin) {
         scene.apply(update.clone());
         renderer.apply(update).expect("a good update");
     }
-    renderer.render(&view(origin)).expect("a frame");
-    let (hypotheses, sights) = scene.inference(&view(origin)).expect("a grid");
+    renderer.render(view).expect("a frame");
+    let (hypotheses, sights) = scene.inference(view).expect("a grid");
     (renderer, scene, hypotheses, sights)
 }
 
@@ -196,21 +200,29 @@ fn what_the_picture_before_says_agrees_with_its_reference() {
     assert!(compared > 500 && decided_by_past > 50, "{compared} {decided_by_past}");
 }
 
-/// From where the device's cells are: where every pixel is.
+/// From where the device's cells are: where every pixel is, through each model of lens.
 #[test]
 fn what_is_filled_agrees_with_its_reference() {
-    for origin in [DVec3::ZERO, FAR] {
-        let (renderer, scene, hypotheses, _) = rendered(origin);
+    let straight = [(DVec3::ZERO, Distortion::None), (FAR, Distortion::None)];
+    for (origin, distortion) in straight.into_iter().chain(DISTORTIONS.map(|bent| (FAR, bent))) {
+        let pinhole = view(origin).camera;
+        let lens = Lens { distortion, ..pinhole.lens };
+        let view = View::from(with_lens(pinhole, lens));
+        let (renderer, scene, hypotheses, _) = rendered_as(origin, &view);
         let settled = texels(renderer.infer_pass().last_cells().expect("a frame").settled);
         let settled = settled.each(|[inverse, ..]| f64::from(*inverse));
-        let view = view(origin);
         let mesh = Triangles::new(scene.mesh.values());
         let shown = surfaces::shown(&view, Mode::Hybrid, &mesh, &[]);
         let places = positions(renderer.last_positions().expect("a frame"), SIZE);
-        let mut inferred = 0;
+        let bent = distortion != Distortion::None;
+        let allowed = FILLED_RELATIVE + if bent { LENS_PX / lens.intrinsics.fx } else { 0.0 };
+        let (mut inferred, mut worst) = (0, 0f64);
         for (at, place) in cells(SIZE).zip(places) {
-            // What shows nothing else.
-            if shown.at(at).met.is_some() {
+            // What shows nothing else; through a lens rounding decides at an edge.
+            let around =
+                |aside: UVec2| (at + aside).saturating_sub(UVec2::ONE).min(SIZE - UVec2::ONE);
+            let shows = |at| shown.at(at).met.is_some();
+            if shows(at) || bent && cells(UVec2::splat(3)).any(|aside| shows(around(aside))) {
                 continue;
             }
             inferred += 1;
@@ -219,8 +231,10 @@ fn what_is_filled_agrees_with_its_reference() {
             let direction = (view.camera.cam_from_world.transpose() * ray).normalize();
             let inverse = settled.between(pixel / f64::from(hypotheses.grid.step));
             let off = place.expect("a place").distance(direction / inverse) * inverse;
-            assert!(off < FILLED_RELATIVE, "{at}: {off}");
+            assert!(off < allowed, "{distortion:?} {at}: {off}");
+            worst = worst.max(off);
         }
+        println!("{distortion:?}: {inferred} pixels within {worst:.1e}");
         assert!(inferred > 20_000, "{inferred}");
     }
 }

@@ -1,6 +1,7 @@
 //! Cases in which f32 or the equations could fail, each by its name.
 
 use super::*;
+use crate::splat::{Nearest, Route};
 
 const BOTH: [SplatNormals; 2] = [SplatNormals::Eye, SplatNormals::Estimated];
 
@@ -127,6 +128,25 @@ fn a_million_points_on_one_pixel() {
         assert_eq!(found[pixel].1, nearest[0] as u32);
         assert!(*found == shown[0], "{way:?} differs");
     }
+}
+
+/// What devices let a shader bind at once may be less than what is kept of a picture's pixels.
+#[test]
+fn pictures_of_more_bytes_than_a_binding_may_have() {
+    let bindable = gpu().device.limits().max_storage_buffer_binding_size;
+    // Half of it is one word a pixel.
+    let pixels = bindable.min(1 << 27) / 8 + 4096;
+    let size = UVec2::new(4096, u32::try_from(pixels.div_ceil(4096)).expect("rows"));
+    let nearest = Nearest::new(gpu(), size, Route::Atomic32);
+    let pass = SplatPass::new(gpu(), &Settings::default());
+    let mut encoder = gpu().device.create_command_encoder(&Default::default());
+    for words in nearest.words() {
+        pass.clear(gpu(), &mut encoder, words);
+    }
+    gpu().queue.submit([encoder.finish()]);
+    let pairs = nearest.pairs(gpu());
+    assert_eq!(pairs.len() as u64, u64::from(size.x) * u64::from(size.y));
+    assert!(pairs.iter().all(|&pair| pair == (u32::MAX, u32::MAX)), "not all is emptied");
 }
 
 /// In f32, at 10 m, depths are 1 µm apart.
