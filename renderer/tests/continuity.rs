@@ -2,7 +2,7 @@
 //! rigs enter and leave the set that colours a frame.
 //!
 //! Every rig's photographs have an exposure of their own, so that a rig that came or went at
-//! once would show. Places on the wall are followed from frame to frame by projecting them, and
+//! once would show, or every camera's. Places on the wall are followed from frame to frame by projecting them, and
 //! the frame is looked up between its pixels; what the same look-up of the truth changes by is
 //! taken off.
 
@@ -17,15 +17,27 @@ use tolerances::{EXPOSED_STEP_255, GAINS_STEP_255, STEP_255};
 const SIZE: UVec2 = UVec2::new(120, 90);
 const ORIGIN: DVec3 = DVec3::new(651_000.0, 6_861_000.0, 40.0);
 
-/// Rigs every 1.5 m along the street, a little off its line, each of two cameras 20 cm apart;
-/// `exposed`: their exposures differ by up to 30 %.
-fn rigs(street: &Street, exposed: bool) -> Vec<SceneUpdate> {
+/// What has an exposure of its own, differing by up to 30 %.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Exposed {
+    Nothing,
+    Rigs,
+    /// All cameras towards the south are darker.
+    Cameras,
+}
+
+/// Rigs every 1.5 m along the street, a little off its line, each of two cameras 20 cm apart.
+fn rigs(street: &Street, exposed: Exposed) -> Vec<SceneUpdate> {
     (0..9u32)
         .flat_map(|i| {
             let y = 1.5 * f64::from(i) - 6.0;
             let x = if i % 2 == 0 { -0.9 } else { -0.5 };
-            let exposure = if exposed { [1.0, 0.7, 0.95, 0.75][i as usize % 4] } else { 1.0 };
             [("east", 0.0, 90.0), ("south", 0.2, 140.0)].map(|(name, aside, heading)| {
+                let exposure = match exposed {
+                    Exposed::Rigs => [1.0, 0.7, 0.95, 0.75][i as usize % 4],
+                    Exposed::Cameras if name == "south" => 0.7,
+                    _ => 1.0,
+                };
                 let at = [x + aside, y, 2.0];
                 let camera = camera(street.origin, at, heading, 5.0, 75.0, UVec2::new(240, 180));
                 let mut image = street.photograph(&format!("r{i}/{name}"), camera);
@@ -41,7 +53,7 @@ fn rigs(street: &Street, exposed: bool) -> Vec<SceneUpdate> {
 }
 
 /// A wall on flat ground, the wall as mesh or as points.
-fn scene(exposed: bool, points: bool, gains: bool) -> (Street, Renderer) {
+fn scene(exposed: Exposed, points: bool, gains: bool) -> (Street, Renderer) {
     let mut street = Street::with_pole(ORIGIN);
     // The wall alone.
     street.blocks.truncate(1);
@@ -146,17 +158,21 @@ fn walking_changes_colours_little_by_little() {
         let y = -0.95 + 0.01 * f64::from(step);
         camera(ORIGIN, [-0.9, y, 2.0], 90.0, 3.0, 60.0, SIZE)
     };
-    for (exposed, points, gains) in [(false, true, false), (true, false, false), (true, true, true)]
-    {
+    for (exposed, points, gains) in [
+        (Exposed::Nothing, true, false),
+        (Exposed::Rigs, false, false),
+        (Exposed::Rigs, true, true),
+    ] {
         let (street, mut renderer) = scene(exposed, points, gains);
         let (largest, whole) = largest_changes(&mut renderer, &street, (0..105).map(at));
         let allowed = match (exposed, gains) {
-            (false, _) => STEP_255,
-            (true, false) => EXPOSED_STEP_255,
-            (true, true) => GAINS_STEP_255,
+            (Exposed::Nothing, _) => STEP_255,
+            (_, false) => EXPOSED_STEP_255,
+            (_, true) => GAINS_STEP_255,
         };
-        assert!(largest < allowed, "{exposed} {points} {gains}: {largest}");
-        assert!(gains || (whole > 20.0) == exposed, "what the walk changes in all: {whole}");
+        assert!(largest < allowed, "{exposed:?} {points} {gains}: {largest}");
+        let differs = exposed != Exposed::Nothing;
+        assert!(gains || (whole > 20.0) == differs, "what the walk changes in all: {whole}");
     }
 }
 
@@ -169,8 +185,23 @@ fn turning_the_head_changes_no_colour() {
         camera(ORIGIN, [-0.8, 0.4, 2.0], heading, 3.0, 60.0, 4 * SIZE)
     };
     for points in [false, true] {
-        let (street, mut renderer) = scene(true, points, false);
+        let (street, mut renderer) = scene(Exposed::Rigs, points, false);
         let (largest, _) = largest_changes(&mut renderer, &street, (0..9).map(at));
         assert!(largest < STEP_255, "points {points}: {largest}");
     }
+}
+
+/// The picture is as bright as the photographs that see something of the view: as the head turns to
+/// those of other cameras, it goes there little by little, both ways.
+#[test]
+fn turning_to_darker_photographs_changes_brightness_little_by_little() {
+    let at = |step: u32| {
+        let heading = 78.0 - 2.3 * f64::from(step.abs_diff(11));
+        camera(ORIGIN, [-0.8, 0.4, 2.0], heading, 3.0, 60.0, SIZE)
+    };
+    let (street, mut renderer) = scene(Exposed::Cameras, false, true);
+    let (largest, _) = largest_changes(&mut renderer, &street, (0..23).map(at));
+    assert!(largest < GAINS_STEP_255, "{largest}");
+    let (_, whole) = largest_changes(&mut renderer, &street, [11, 0].map(at).into_iter());
+    assert!(whole > 5.0, "it makes no difference what is seen: {whole}");
 }

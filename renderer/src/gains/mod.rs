@@ -9,8 +9,9 @@
 //! unless the view has jumped.
 //!
 //! Overlaps say how much brighter one photograph is than another, not how bright the street is.
-//! The picture is as bright as the photographs near the eye: their weighted mean gain is 1. As the
-//! weights are continuous in the eye's position, so is the brightness.
+//! The picture is as bright as the photographs near the eye that see something of it: their weighted
+//! mean gain is 1. Weights are continuous in the eye's position; as it turns, photographs enter the
+//! view and leave it, and the picture's brightness goes to theirs over some frames, too.
 
 use std::collections::BTreeMap;
 
@@ -124,13 +125,7 @@ impl Gains {
             self.past.solved = self.solve(gpu, stages, &used, maps, atlas)?;
             self.past.measured = states;
         }
-        self.follow(camera);
-        self.past.level = mean(selected.iter().filter_map(|(id, _, standing)| {
-            Some((
-                *self.past.shown.get(*id)?,
-                standing.weight / (standing.nearest_2 + NEAR_M.powi(2)),
-            ))
-        }));
+        self.follow(camera, selected);
         Ok(())
     }
 
@@ -178,8 +173,9 @@ impl Gains {
         Ok(ids.into_iter().cloned().zip(gains).collect())
     }
 
-    /// Moves what is shown towards what was solved.
-    fn follow(&mut self, camera: &PosedCamera) {
+    /// Moves what is shown towards what was solved, and how bright all of it is towards what the
+    /// photographs say that see something of the view: as one turns, others do.
+    fn follow(&mut self, camera: &PosedCamera, selected: &[(&ImageId, &Photograph, Standing)]) {
         let jumped = self.past.camera.replace(*camera).is_none_or(|before| {
             before.centre.distance(camera.centre) > JUMP_M
                 || before.forward().dot(camera.forward()) < JUMP_COSINE
@@ -190,6 +186,11 @@ impl Gains {
             (id.clone(), before.map_or(*target, |before| towards(*before, *target)))
         };
         self.past.shown = self.past.solved.iter().map(step).collect();
+        let level = mean(selected.iter().filter_map(|(id, _, standing)| {
+            let share = standing.weight / (standing.nearest_2 + NEAR_M.powi(2));
+            Some((*self.past.solved.get(*id)?, share))
+        }));
+        self.past.level = if jumped { level } else { towards(self.past.level, level) };
     }
 }
 
