@@ -152,6 +152,50 @@ fn points_are_where_they_are() {
     assert!(count > 30, "{count}");
 }
 
+/// Of a rig's cameras the one speaks that the place is furthest inside of. What its mask hides no other
+/// of the rig says, neither in the picture nor in what is told of it.
+#[test]
+fn shares_are_those_of_the_picture() {
+    let street = Street::with_pole(FAR);
+    let painted = |id: &str, y: f64, heading: f64, rgba: [u8; 4]| {
+        let camera = camera(FAR, [-0.8, y, 1.8], heading, 0.0, 80.0, PHOTO);
+        let mut image = street.photograph(id, camera);
+        image.rgba = rgba.repeat((PHOTO.x * PHOTO.y) as usize);
+        image_update(image)
+    };
+    let updates = vec![
+        mesh_update(street.mesh(&[0], 0.0)),
+        painted("near/hidden", 0.2, 70.0, [200, 20, 20, 0]),
+        painted("near/aside", -0.2, 110.0, [20, 200, 20, 255]),
+        painted("far/x", -2.0, 90.0, [20, 20, 200, 255]),
+    ];
+    let settings = Settings { exposure_gains: false, align: false, ..Settings::default() };
+    let mut renderer = renderer(settings, updates);
+    let view = View::from(camera(FAR, [-1.0, 0.0, 1.8], 90.0, 0.0, 28.0, SIZE));
+    let frame = renderer.render(&view).expect("a frame");
+    let mut decided = [0, 0];
+    for pixel in pixels(SIZE).step_by(97) {
+        let Some(picked) = renderer.pick(pixel).expect("a driver") else { continue };
+        let share = |id: &str| {
+            let sight = picked.seen_by.iter().find(|sight| sight.id.to_string() == id);
+            sight.map(|sight| sight.share)
+        };
+        assert_eq!(share("near/hidden"), None, "what a mask hides is not seen");
+        let (aside, far) =
+            (share("near/aside").expect("it sees"), share("far/x").expect("it sees"));
+        assert!((aside + far - 1.0).abs() < 1e-9, "{aside} {far}");
+        let index = pixel.as_uvec2();
+        let rgb = &frame.rgba[4 * (index.y * SIZE.x + index.x) as usize..];
+        if aside == 0.0 {
+            assert_eq!(rgb[..3], [20, 20, 200], "{pixel}");
+        } else {
+            assert!(rgb[1] > rgb[2], "the nearer counts more at {pixel}: {rgb:?}", rgb = &rgb[..3]);
+        }
+        decided[usize::from(aside > 0.0)] += 1;
+    }
+    assert!(decided.iter().all(|count| *count > 20), "{decided:?}");
+}
+
 #[test]
 fn nothing_is_picked_where_there_is_no_picture() {
     let street = Street::with_pole(FAR);

@@ -163,25 +163,24 @@ impl<'a> Asked<'a> {
     }
 
     /// How it sees the place of which the four texels know so much, and a texel of its mask shows
-    /// `inside`; `None` where it does not.
-    pub(crate) fn sight(
+    /// `inside`.
+    pub(crate) fn weighed(
         &self,
         eye: DVec3,
         recorded: &Recorded,
         known: [Occluders; 4],
         inside: f64,
-    ) -> Option<Weighed> {
+    ) -> Weighed {
         let visible = self.visible(&recorded.shown, known);
-        if visible < SEES || inside <= 0.0 {
-            return None;
-        }
         let sight = Sight {
             id: self.id.clone(),
             pixel: self.original_pixel(),
             distance_m: self.distance_m(),
             share: 0.0,
         };
-        Some(Weighed { sight, say: self.say(eye, recorded, visible, inside) })
+        let sees = visible >= SEES && inside > 0.0;
+        let visible = if sees { visible } else { 0.0 };
+        Weighed { sight: sees.then_some(sight), say: self.say(eye, recorded, visible, inside) }
     }
 
     /// Share of them that see it.
@@ -215,10 +214,11 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// A photograph that sees a place, and what it says of its colour.
+/// A photograph in whose picture a place lies, and what it says of its colour.
 #[derive(Debug)]
 pub(crate) struct Weighed {
-    sight: Sight,
+    /// Where it sees it, if so.
+    sight: Option<Sight>,
     say: Option<Say>,
 }
 
@@ -230,7 +230,8 @@ struct Say {
     weight: f64,
 }
 
-/// Gives the best camera of each rig its share, and puts those first that count most.
+/// Those that see a place, each with its share, that which counts most first. As in the picture, one
+/// camera speaks for each rig, and for nothing where something hides the place from it.
 pub(crate) fn shared_out(weighed: Vec<Weighed>) -> Vec<Sight> {
     let mut best: BTreeMap<usize, (usize, Say)> = BTreeMap::new();
     for (index, weighed) in weighed.iter().enumerate() {
@@ -240,12 +241,13 @@ pub(crate) fn shared_out(weighed: Vec<Weighed>) -> Vec<Sight> {
         }
     }
     let sum: f64 = best.values().map(|(_, say)| say.weight).sum();
-    let mut sights: Vec<Sight> = weighed.into_iter().map(|weighed| weighed.sight).collect();
+    let mut sights: Vec<Option<Sight>> = weighed.into_iter().map(|weighed| weighed.sight).collect();
     for (index, say) in best.into_values() {
-        if let Some(sight) = sights.get_mut(index).filter(|_| sum > 0.0) {
+        if let Some(Some(sight)) = sights.get_mut(index).filter(|_| sum > 0.0) {
             sight.share = say.weight / sum;
         }
     }
+    let mut sights: Vec<Sight> = sights.into_iter().flatten().collect();
     sights.sort_by(|a, b| {
         let nearer = a.distance_m.total_cmp(&b.distance_m);
         b.share.total_cmp(&a.share).then(nearer)

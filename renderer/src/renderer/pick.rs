@@ -98,7 +98,8 @@ impl Renderer {
             let Looked { known, own } = looked?;
             let [rgba] = words.words(own);
             let inside = f64::from(rgba >> 24) / 255.0;
-            asked.sight(eye, recorded, known.map(|texel| occluders(&words, texel)), inside)
+            let known = known.map(|texel| occluders(&words, texel));
+            Some(asked.weighed(eye, recorded, known, inside))
         });
         Ok(shared_out(weighed.collect()))
     }
