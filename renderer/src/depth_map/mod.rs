@@ -27,6 +27,8 @@ pub(crate) const POINT_WGSL: &str = include_str!("point.wgsl");
 
 /// Most photographs with a depth map.
 pub(crate) const MAX_MAPS: usize = 128;
+/// Most bytes of a texture: software devices have no larger ones.
+const MOST_OF_TEXTURE: u64 = (1 << 31) - 1;
 const POINTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 const FIRST_MAPS: usize = 8;
 
@@ -93,6 +95,7 @@ impl DepthMaps {
         let limits = gpu.device.limits();
         let max_maps = MAX_MAPS
             .min(limits.max_texture_array_layers as usize / 2)
+            .min((MOST_OF_TEXTURE / (2 * layer_bytes(side))) as usize)
             .min(Self::most_maps(side, settings.shares().depth_maps).max(1));
         let textures = Textures::new(gpu, side, FIRST_MAPS.min(max_maps));
         Self { side, refined, precedence, max_maps, slots: HashMap::new(), textures, frame: 0 }

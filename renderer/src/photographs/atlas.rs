@@ -125,12 +125,13 @@ impl Atlas {
     }
 
     fn take(&mut self, gpu: &Gpu, size: UVec2, most: u64) -> Result<Place, NoPlace> {
-        let taken = self.layout.take(size, most);
-        if self.resize(gpu) {
-            return taken;
+        loop {
+            let taken = self.layout.take(size, most);
+            // What the device refuses it is not asked for again.
+            if self.resize(gpu) {
+                return taken;
+            }
         }
-        let class = taken.map_or(0, |place| place.array);
-        self.layout.take_between(class, size).ok_or(NoPlace::Device)
     }
 
     /// Gives the textures the layers of the layout; `false` where the device has no room for more, so
@@ -146,7 +147,7 @@ impl Atlas {
         (0..SIDES.len()).filter(|&array| wanted[array] > held[array]).all(|array| {
             let resized = self.resize_one(gpu, array, wanted[array]);
             if !resized {
-                self.layout.truncate(array, held[array]);
+                self.layout.refused(array, wanted[array], held[array]);
             }
             resized
         })

@@ -50,10 +50,8 @@ fn whole_levels(size: UVec2) -> UVec2 {
 pub(crate) enum NoPlace {
     /// The photograph is larger than the largest layer of the device, of this width.
     TooLarge { side: u32 },
-    /// The textures would exceed what they may take.
+    /// The textures would exceed what they may take, or what the device gives.
     Memory,
-    /// The device has no more layers or no more memory.
-    Device,
 }
 
 /// What is taken of the layers of all arrays.
@@ -63,17 +61,18 @@ pub(super) struct Layout {
     arrays: [Vec<Packing>; SIDES.len()],
     /// Longest side of a texture that the device takes.
     max_side: u32,
-    /// Most layers of an array.
-    max_layers: usize,
+    /// Most layers of each array.
+    max_layers: [usize; SIDES.len()],
 }
 
 impl Layout {
     /// No layers.
     pub(super) fn new(limits: &wgpu::Limits) -> Self {
+        let max_layers = limits.max_texture_array_layers as usize;
         Self {
             arrays: Default::default(),
             max_side: limits.max_texture_dimension_2d,
-            max_layers: limits.max_texture_array_layers as usize,
+            max_layers: [max_layers; SIDES.len()],
         }
     }
 
@@ -95,22 +94,41 @@ impl Layout {
         if self.held() + self.bytes(class, 1) > most {
             self.trim();
         }
-        // Half as much again, so that growing costs a bounded share of filling; a single
-        // layer where there is no room for more.
-        let layers = self.arrays[class].len();
-        let generous = layers + (layers / 2).max(1);
-        let others = self.held() - self.bytes(class, layers);
-        let fits = |to: usize| others + self.bytes(class, to) <= most;
-        let to = if fits(generous) { generous } else { layers + 1 };
-        let may_grow = fits(to);
-        let to = to.min(self.max_layers);
-        if may_grow && to > layers {
-            let layer = self.layer_size(class);
-            self.arrays[class].resize_with(to, || Packing::new(layer));
-            return self.take_of(class, size).ok_or(NoPlace::Device);
+        // An array that has all layers that it can have leaves it to the next.
+        let growing =
+            (class..SIDES.len()).find(|&array| self.layers()[array] < self.max_layers[array]);
+        if growing == Some(class) && self.grow(class, most) {
+            return self.take_of(class, size).ok_or(NoPlace::Memory);
         }
-        let none = if may_grow { NoPlace::Device } else { NoPlace::Memory };
-        self.take_between(class, size).ok_or(none)
+        if let Some(place) = self.take_between(class, size) {
+            return Ok(place);
+        }
+        let array = growing.filter(|&array| array > class && self.grow(array, most));
+        array.and_then(|array| self.take_of(array, size)).ok_or(NoPlace::Memory)
+    }
+
+    /// Takes note that the device has no room for so many layers of an array: it keeps the first `held`,
+    /// and will not have as many again.
+    pub(super) fn refused(&mut self, array: usize, layers: usize, held: usize) {
+        self.arrays[array].truncate(held);
+        self.max_layers[array] = held.max(layers.saturating_sub(1));
+    }
+
+    /// Whether an array has got more layers, all arrays together taking at most `most` bytes: half as much
+    /// again, so that growing costs a bounded share of filling; a single one where there is no
+    /// room for more.
+    fn grow(&mut self, array: usize, most: u64) -> bool {
+        let layers = self.arrays[array].len();
+        let generous = layers + (layers / 2).max(1);
+        let others = self.held() - self.bytes(array, layers);
+        let fits = |to: usize| others + self.bytes(array, to) <= most;
+        let to = if fits(generous) { generous } else { layers + 1 };
+        let may_grow = fits(to) && layers < self.max_layers[array];
+        if may_grow {
+            let (to, layer) = (to.min(self.max_layers[array]), self.layer_size(array));
+            self.arrays[array].resize_with(to, || Packing::new(layer));
+        }
+        may_grow
     }
 
     /// Finds room in between photographs too large for the array `class`.
@@ -137,11 +155,6 @@ impl Layout {
     pub(super) fn take_beside(&mut self, place: &Place, size: UVec2) -> Option<Place> {
         let packing = self.arrays[place.array].get_mut(place.layer as usize)?;
         Some(Place { corner: packing.take(taken(size))?, size, ..*place })
-    }
-
-    /// Loses the layers of an array beyond the first `layers`, with what was taken of them.
-    pub(super) fn truncate(&mut self, array: usize, layers: usize) {
-        self.arrays[array].truncate(layers);
     }
 
     fn take_of(&mut self, array: usize, size: UVec2) -> Option<Place> {

@@ -78,20 +78,18 @@ impl PhotographStore {
             error("its lens sees nothing: check focal length and distortion".into())
         })?;
         let most = settings.shares().photographs;
-        let place = match self.atlas.insert(gpu, update.size, &update.rgba, most) {
-            Err(NoPlace::Memory) => self.plan_room(update, eye, most).and_then(|steps| {
-                self.make_room(gpu, steps, &update.id, most, crowded);
-                self.atlas.insert(gpu, update.size, &update.rgba, most)
-            }),
-            place => place,
-        };
-        let place = match place {
-            Ok(place) => place,
-            Err(NoPlace::Memory) => {
+        let place = loop {
+            match self.atlas.insert(gpu, update.size, &update.rgba, most) {
+                Ok(place) => break place,
+                Err(NoPlace::TooLarge { side }) => return Err(too_large(update, side)),
+                Err(NoPlace::Memory) => {}
+            }
+            // The device may turn out to have less than was planned with.
+            let Ok(steps) = self.plan_room(update, eye, most) else {
                 crowded.refused = true;
                 return Ok(false);
-            }
-            Err(reason) => return Err(no_place(update, reason)),
+            };
+            self.make_room(gpu, steps, &update.id, most, crowded);
         };
         let resident = update.camera.lens.scaled_to(update.size);
         let lens = LensData::new(&resident);
@@ -257,20 +255,10 @@ fn check(update: &ImageUpdate) -> Result<(), String> {
     Ok(())
 }
 
-fn no_place(update: &ImageUpdate, reason: NoPlace) -> RenderError {
-    let id = update.id.clone();
-    match reason {
-        NoPlace::Device | NoPlace::Memory => {
-            let what =
-                "the device has no texture memory left: drop photographs, or send coarser levels";
-            RenderError::Image { id, what: what.to_owned() }
-        }
-        NoPlace::TooLarge { side } => {
-            let what = format!(
-                "{}x{} pixels exceed the {side} pixels a side that the device takes: send a coarser level",
-                update.size.x, update.size.y
-            );
-            RenderError::Image { id, what }
-        }
-    }
+fn too_large(update: &ImageUpdate, side: u32) -> RenderError {
+    let UVec2 { x, y } = update.size;
+    let what = format!(
+        "{x}x{y} pixels exceed the {side} pixels a side that the device takes: send a coarser level"
+    );
+    RenderError::Image { id: update.id.clone(), what }
 }
