@@ -4,7 +4,7 @@ use flaneur_scene::{ImageId, PointNodeId, TileKey};
 use glam::UVec2;
 
 /// Why an update was refused or a frame could not be drawn. A refused update leaves what
-/// is resident as it was.
+/// is resident as it was, unless the device failed, see [`RenderError::is_fatal`].
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
     /// The machine has no graphics driver that can be used.
@@ -25,6 +25,12 @@ pub enum RenderError {
     /// The driver failed while it worked.
     #[error("the graphics driver failed: {0}")]
     Driver(String),
+    /// The device gave less memory than the renderer may take. What was being changed is lost: the
+    /// renderer cannot be used any more.
+    #[error(
+        "the graphics device has no memory left: allow the renderer less of it (--gpu-memory), or end other programs that use it"
+    )]
+    DeviceMemory,
     /// The picture asked for is empty or too large.
     #[error(
         "a picture of {}x{} pixels cannot be rendered: sides must be 1 to {max_side} and their product at most {max_pixels}",
@@ -119,4 +125,11 @@ pub enum RenderError {
         /// Bytes allowed in all.
         most: u64,
     },
+}
+
+impl RenderError {
+    /// Whether it is the device that failed: its renderers cannot be used any more.
+    pub fn is_fatal(&self) -> bool {
+        matches!(self, Self::Driver(_) | Self::DeviceMemory)
+    }
 }

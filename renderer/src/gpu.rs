@@ -43,6 +43,26 @@ impl Gpu {
         self.device.features().contains(ATOMIC_64)
     }
 
+    /// Does something with the device. What the driver refuses meanwhile is an error; without this it
+    /// would be the end of the process.
+    pub(crate) fn watched<T>(
+        &self,
+        work: impl FnOnce() -> Result<T, RenderError>,
+    ) -> Result<T, RenderError> {
+        use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
+        let scopes =
+            [Validation, Internal, OutOfMemory].map(|kind| self.device.push_error_scope(kind));
+        let outcome = work();
+        // Begun last, ended first. What could not be allocated is no good to use: that is the cause.
+        let faults = scopes.into_iter().rev().map(|scope| pollster::block_on(scope.pop()));
+        let faults: Vec<wgpu::Error> = faults.flatten().collect();
+        match faults.first() {
+            None => outcome,
+            Some(wgpu::Error::OutOfMemory { .. }) => Err(RenderError::DeviceMemory),
+            Some(fault) => Err(RenderError::Driver(fault.to_string())),
+        }
+    }
+
     async fn open() -> Result<Self, RenderError> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
         // The arguments of indirect draws are this crate's own.
@@ -76,5 +96,35 @@ fn preference(kind: wgpu::DeviceType) -> u8 {
         wgpu::DeviceType::VirtualGpu => 2,
         wgpu::DeviceType::Other => 3,
         wgpu::DeviceType::Cpu => 4,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::RenderError;
+    use crate::kernel_tests::gpu;
+
+    fn texture(side: u32, layers: u32) -> wgpu::Texture {
+        gpu().device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Uint,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        })
+    }
+
+    #[test]
+    fn what_the_driver_refuses_is_an_error() {
+        let limits = gpu().device.limits();
+        let (side, layers) = (limits.max_texture_dimension_2d, limits.max_texture_array_layers);
+        let made = |side: u32, layers: u32| gpu().watched(|| Ok(texture(side, layers)));
+        // Hundreds of gigabytes.
+        assert!(matches!(made(side, layers), Err(RenderError::DeviceMemory)));
+        assert!(matches!(made(side + 1, 1), Err(RenderError::Driver(_))));
+        made(1, 1).expect("the device can still be used");
     }
 }

@@ -10,6 +10,12 @@ use glam::{DVec2, UVec2};
 /// ideal pinhole spends nearly all of its pixels there. As in photograph.wgsl.
 pub(crate) const MAX_TANGENT: f64 = 5.67;
 
+/// Pixels around what a lens sees, on each side.
+const MARGIN: f64 = 2.0;
+/// By how much sides may exceed what is seen of a picture as wide: those of both sides, and one that is
+/// begun.
+const MARGINS: u32 = 5;
+
 /// Samples a side for measuring what a lens sees.
 const SAMPLES: u32 = 33;
 
@@ -33,7 +39,7 @@ impl Pinhole {
         }
         let seen = Seen::by(lens)?;
         let wanted = (seen.max - seen.min) * focal * seen.magnification;
-        let fits = (f64::from(max_side - 4) / wanted.max_element())
+        let fits = (f64::from(max_side - MARGINS) / wanted.max_element())
             .min((max_pixels as f64 / (wanted.x * wanted.y)).sqrt() * 0.99)
             .min(1.0);
         Some(Self::around(&seen, focal * (seen.magnification * fits)))
@@ -44,13 +50,11 @@ impl Pinhole {
     pub(crate) fn for_depth_map(lens: &Lens, side: u32) -> Option<Self> {
         let seen = Seen::by(lens)?;
         let extent = seen.max - seen.min;
-        // Two texels of margin on each side are added by `around`.
-        let focal = f64::from(side.saturating_sub(5).max(1)) / extent.max_element();
+        let focal = f64::from(side.saturating_sub(MARGINS).max(1)) / extent.max_element();
         Some(Self::around(&seen, DVec2::splat(focal)))
     }
 
     fn around(seen: &Seen, focal: DVec2) -> Self {
-        const MARGIN: f64 = 2.0;
         let size = ((seen.max - seen.min) * focal).ceil() + 2.0 * MARGIN;
         Self { focal, centre: MARGIN - seen.min * focal, size: size.as_uvec2() }
     }
@@ -117,5 +121,39 @@ fn limit_circle(lens: &Lens) -> (DVec2, DVec2) {
             (i.normalised_from_pixel(centre), limit / DVec2::new(i.fx, i.fy))
         }
         _ => (DVec2::ZERO, limit),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flaneur_scene::Intrinsics;
+
+    use super::*;
+
+    #[test]
+    fn no_side_is_longer_than_the_device_allows() {
+        let max_side = 2048;
+        let mut tight = 0;
+        for i in 0..2000u32 {
+            let lens = Lens {
+                size: UVec2::new(1500 + 7 * i % 549, 40 + i % 90),
+                intrinsics: Intrinsics {
+                    fx: 900.0 + f64::from(i) * 0.37,
+                    fy: 901.0,
+                    cx: 750.3 + f64::from(i % 31),
+                    cy: 31.7,
+                },
+                distortion: Distortion::Brown {
+                    k: [-0.1 - f64::from(i % 13) * 0.01, 0.02, 0.0],
+                    p: [0.001, -0.0007],
+                },
+            };
+            let pinhole = Pinhole::for_view(&lens, max_side, 1 << 30).expect("it sees something");
+            assert!(pinhole.size.max_element() <= max_side, "{lens:?}: {}", pinhole.size);
+            tight += u32::from(pinhole.size.max_element() + 2 >= max_side);
+            let map = Pinhole::for_depth_map(&lens, 64 + i % 500).expect("it sees something");
+            assert!(map.size.max_element() <= 64 + i % 500, "{lens:?}: {}", map.size);
+        }
+        assert!(tight > 100, "{tight}");
     }
 }

@@ -172,6 +172,10 @@ impl Renderer {
     /// Where the update contradicts itself, or exceeds what the device takes in one piece; what is
     /// resident then stays as it was.
     pub fn apply(&mut self, update: SceneUpdate) -> Result<Applied, RenderError> {
+        self.gpu.clone().watched(|| self.change(update))
+    }
+
+    fn change(&mut self, update: SceneUpdate) -> Result<Applied, RenderError> {
         let mut applied = Applied::default();
         let (shares, eye) = (self.settings.shares(), self.eye);
         match update {
@@ -258,7 +262,7 @@ impl Renderer {
     /// As [`Renderer::render`].
     pub fn render_as(&mut self, view: &View, mode: Mode) -> Result<Frame, RenderError> {
         let stages = Stages::untimed(&self.gpu);
-        self.draw(view, mode, stages).map(|(frame, _)| frame)
+        self.gpu.clone().watched(|| self.draw(view, mode, stages)).map(|(frame, _)| frame)
     }
 
     /// The frame, and how long each pass took: each is waited for before the next begins, so
@@ -272,7 +276,7 @@ impl Renderer {
         mode: Mode,
     ) -> Result<(Frame, Vec<PassTime>), RenderError> {
         let stages = Stages::timed(&self.gpu);
-        self.draw(view, mode, stages)
+        self.gpu.clone().watched(|| self.draw(view, mode, stages))
     }
 
     fn draw(

@@ -196,6 +196,26 @@ fn shares_are_those_of_the_picture() {
     assert!(decided.iter().all(|count| *count > 20), "{decided:?}");
 }
 
+/// Points arrive between a frame and a pick: depth maps that the pick draws have them, and the frames
+/// after it.
+#[test]
+fn what_comes_between_frame_and_pick_counts() {
+    let street = Street::with_pole(FAR);
+    let frame_after = |picks: bool| {
+        let mut updates = vec![mesh_update(street.mesh(&[0, street.blocks.len()], 0.25))];
+        updates.extend(photographs(&street));
+        let mut renderer = renderer(Settings::default(), updates);
+        renderer.render(&view()).expect("a frame");
+        // A pole that hides the wall from one of the photographs.
+        renderer.apply(points_update(street.points(&[1], 0.04))).expect("good points");
+        if picks {
+            renderer.pick(0.5 * SIZE.as_dvec2()).expect("a driver").expect("a surface");
+        }
+        renderer.render(&view()).expect("a frame").rgba
+    };
+    assert!(frame_after(true) == frame_after(false), "a pick changes the frames after it");
+}
+
 #[test]
 fn nothing_is_picked_where_there_is_no_picture() {
     let street = Street::with_pole(FAR);

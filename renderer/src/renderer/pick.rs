@@ -27,6 +27,10 @@ impl Renderer {
     /// # Errors
     /// Where the driver fails.
     pub fn pick(&mut self, pixel: DVec2) -> Result<Option<Picked>, RenderError> {
+        self.gpu.clone().watched(|| self.picked(pixel))
+    }
+
+    fn picked(&mut self, pixel: DVec2) -> Result<Option<Picked>, RenderError> {
         let Some((view, whole)) = self.last else { return Ok(None) };
         let pixel = pixel * view.size().as_dvec2() / whole.as_dvec2();
         let Some(recorded) = self.recorded(&view, pixel)? else { return Ok(None) };
@@ -69,6 +73,8 @@ impl Renderer {
 
         let selected: Vec<(&ImageId, &Photograph)> =
             asked.iter().map(|asked| (asked.id, asked.photograph)).collect();
+        // Points may have come since the last frame.
+        self.points.upload(&self.gpu);
         let sources = Sources {
             mesh_pass: &self.mesh_pass,
             splat_pass: &self.splat_pass,

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use flaneur_renderer::{Applied, Frame, FrameBudget, Mode, RenderError, Renderer};
 use flaneur_scene::{SceneUpdate, View};
 use glam::DVec2;
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, oneshot};
 
 use super::RenderOptions;
 use super::feeder::{Feeder, Note};
@@ -52,29 +52,33 @@ impl Painter {
         Self { renderer, options, residents, visitors, timed: None, current: None }
     }
 
-    /// Obeys until nobody can give orders any more.
+    /// Obeys until nobody can give orders any more, or the device fails.
     pub(super) fn follow(mut self, mut orders: mpsc::UnboundedReceiver<Order>) {
         while let Some(order) = orders.blocking_recv() {
-            match order {
-                Order::Apply(feeder) => {
-                    if let Err(error) = self.apply(&feeder, APPLYING) {
-                        tracing::warn!(%error, "left out of the scene");
-                    }
-                    // Also where there is no room yet: another order makes more.
-                    feeder.room.notify_one();
-                }
-                Order::Frame(feeder, manner, reply) => {
-                    // Who has gone meanwhile needs none.
-                    if !reply.is_closed() {
-                        drop(reply.send(self.paint(&feeder, manner)));
-                    }
-                }
-                Order::Pick(wanted, pixel, reply) => {
-                    if !reply.is_closed() {
-                        drop(reply.send(self.pick(&wanted, pixel)));
-                    }
-                }
-                Order::Leave(feeder) => self.leave(feeder),
+            if let Err(reason) = self.obey(order) {
+                tracing::error!(reason, "the scene is given up");
+                return;
+            }
+        }
+    }
+
+    /// Does as it is told; why it can do no more, where the device fails.
+    fn obey(&mut self, order: Order) -> Result<(), String> {
+        match order {
+            Order::Apply(feeder) => {
+                self.apply(&feeder, APPLYING).map_err(|error| error.to_string())?;
+                // Also where there is no room yet: another order makes more.
+                feeder.room.notify_one();
+                Ok(())
+            }
+            // Who has gone meanwhile needs none.
+            Order::Frame(.., reply) if reply.is_closed() => Ok(()),
+            Order::Frame(feeder, manner, reply) => answer(reply, self.paint(&feeder, manner)),
+            Order::Pick(.., reply) if reply.is_closed() => Ok(()),
+            Order::Pick(wanted, pixel, reply) => answer(reply, self.pick(&wanted, pixel)),
+            Order::Leave(feeder) => {
+                self.leave(feeder);
+                Ok(())
             }
         }
     }
@@ -140,7 +144,7 @@ impl Painter {
                 self.current = None;
                 let applied = match self.renderer.apply(update) {
                     Ok(applied) => applied,
-                    Err(error @ RenderError::Driver(_)) => return Err(error),
+                    Err(error) if error.is_fatal() => return Err(error),
                     // What contradicts itself is left out; the rest goes on.
                     Err(error) => {
                         tracing::warn!(%error, "left out of the scene");
@@ -203,4 +207,15 @@ impl Painter {
         }
         visitor
     }
+}
+
+/// Tells who asked; why that was the last that could be told, if so.
+fn answer<T>(
+    reply: oneshot::Sender<Result<T, RenderError>>,
+    outcome: Result<T, RenderError>,
+) -> Result<(), String> {
+    let fault = outcome.as_ref().err().filter(|error| error.is_fatal()).map(ToString::to_string);
+    // Who asked may have gone meanwhile.
+    drop(reply.send(outcome));
+    fault.map_or(Ok(()), Err)
 }

@@ -47,7 +47,10 @@ pub(super) fn of_render(error: &RenderError) -> Status {
             Status::invalid_argument(error.to_string())
         }
         RenderError::ViewMemory { .. } => Status::resource_exhausted(error.to_string()),
-        RenderError::NoAdapter | RenderError::Device { .. } | RenderError::Driver(_) => {
+        RenderError::NoAdapter
+        | RenderError::Device { .. }
+        | RenderError::DeviceMemory
+        | RenderError::Driver(_) => {
             tracing::error!(%error, "the driver fails");
             Status::unavailable(error.to_string())
         }

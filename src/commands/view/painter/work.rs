@@ -287,7 +287,7 @@ impl Work {
 
 /// Says what could not be brought or drawn, where that is no reason to stop.
 fn survive(error: RenderError, tell: &impl Fn(News)) -> Result<(), Exit> {
-    if matches!(error, RenderError::Driver(_)) {
+    if error.is_fatal() {
         return Err(Exit::failed(error));
     }
     tell(News::Fault(Exit::failed(error).message()));
