@@ -11,6 +11,9 @@ pub struct FetchLimits {
     pub panorama_radius_m: f64,
     /// Pixels of all photographs together, four bytes each once decoded.
     pub image_pixels: u64,
+    /// Longest side of a photograph, pixels: where it has more its levels are taken from the first that
+    /// has not, if there is one.
+    pub image_side: u32,
     /// Points of all nodes together.
     pub points: u64,
     /// Bytes of all nodes together, as they are fetched.
@@ -29,6 +32,8 @@ impl Default for FetchLimits {
             panoramas: 12,
             panorama_radius_m: 200.0,
             image_pixels: 96 << 20,
+            // What flaneur's renderer takes where the device has textures of twelve thousand pixels.
+            image_side: 8192,
             points: 4_000_000,
             point_bytes: u64::MAX,
             point_radius_m: 200.0,

@@ -67,36 +67,47 @@ impl Scenes {
     pub(super) async fn open(&self, name: &str) -> Result<Arc<OpenScene>, Status> {
         let client = Client::new(self.servers.clone(), name);
         let info = client.scene().await.map_err(|e| refuse::of_stream(&e))?;
-        let mut open = self.open.lock().await;
-        open.uses += 1;
-        let uses = open.uses;
-        if open.has_failed() {
-            open.start_over().await?;
+        if let Some(scene) = self.open.lock().await.known(name, &info.version).await? {
+            return Ok(scene);
         }
-        if let Some(entry) = open.by_name.get_mut(name)
-            && entry.scene.streamer.info().version == info.version
-        {
-            entry.used = uses;
-            return Ok(Arc::clone(&entry.scene));
-        }
-        open.by_name.remove(name);
-        open.make_room(self.options.scenes)?;
+        // Whatever its server takes for it, nobody waits for the others.
         let options = StreamOptions::default();
         let streamer = Streamer::connect_with(self.servers.clone(), name, options)
             .await
             .map_err(|e| refuse::of_stream(&e))?;
+        let mut open = self.open.lock().await;
+        // Another may have been quicker.
+        if let Some(scene) = open.known(name, &streamer.info().version).await? {
+            return Ok(scene);
+        }
+        open.by_name.remove(name);
+        open.make_room(self.options.scenes)?;
         let stage = match open.spare.take() {
             Some(stage) => stage,
             None => Stage::start(&open.gpu, &self.options),
         };
         let scene = Arc::new(OpenScene { streamer, stage, feeders: AtomicU64::new(0) });
-        let entry = Entry { scene: Arc::clone(&scene), used: uses };
+        let entry = Entry { scene: Arc::clone(&scene), used: open.uses };
         open.by_name.insert(name.to_owned(), entry);
         Ok(scene)
     }
 }
 
 impl Open {
+    /// A scene that is open at this version, which is asked for once more.
+    async fn known(&mut self, name: &str, version: &str) -> Result<Option<Arc<OpenScene>>, Status> {
+        if self.has_failed() {
+            self.start_over().await?;
+        }
+        self.uses += 1;
+        let entry = self.by_name.get_mut(name);
+        let current = entry.filter(|entry| entry.scene.streamer.info().version == version);
+        Ok(current.map(|entry| {
+            entry.used = self.uses;
+            Arc::clone(&entry.scene)
+        }))
+    }
+
     /// Whether a driver failed so that the thread that used it has ended.
     fn has_failed(&self) -> bool {
         let stages = self.by_name.values().map(|entry| &entry.scene.stage);

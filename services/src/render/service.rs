@@ -255,13 +255,14 @@ impl v1::render_service_server::RenderService for Rendering {
         let pixel = pixel.map_err(|e| status::invalid(&e.within("pixel")))?;
         let pixel = pixel * wanted.view.size().as_dvec2() / asked;
         let scene = self.scenes()?.open(&request.scene).await?;
-        // Who walks has seen what is there; for anyone else it is loaded first.
-        let _still = if walks {
+        // Who walks has seen what is there; for anyone else it is loaded first, and stays meanwhile.
+        let _loaded = if walks {
             None
         } else {
-            let _place = self.place()?;
+            let place = self.place()?;
             let (scene, wanted) = (Arc::clone(&scene), wanted.clone());
-            Some(Still::paint(scene, wanted, Wish::default(), &self.options).await?)
+            let still = Still::paint(scene, wanted, Wish::default(), &self.options).await?;
+            Some((still.visit, place))
         };
         // Loading takes long, and is nobody's turn.
         let _turn = self.picks.acquire().await;

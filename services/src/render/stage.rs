@@ -111,6 +111,11 @@ impl Stage {
         self.orders.is_closed()
     }
 
+    /// Waits until [`Stage::has_ended`].
+    pub(super) async fn ended(&self) {
+        self.orders.closed().await;
+    }
+
     /// `feeder` wants nothing any more.
     pub(super) fn leave(&self, feeder: FeederId) {
         self.order(Order::Leave(feeder));
@@ -122,6 +127,37 @@ impl Stage {
     }
 }
 
-fn gone() -> RenderError {
+/// What is told of a stage that has ended.
+pub(super) fn gone() -> RenderError {
     RenderError::Driver("it ended".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use flaneur_proto::v1;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn who_waits_hears_that_the_thread_has_ended() {
+        let (orders, mut received) = mpsc::unbounded_channel();
+        let stage = Stage { orders };
+        let view = v1::View {
+            eye: Some(v1::Point3 { x: 1.0, y: 2.0, z: 3.0 }),
+            extent: Some(v1::view::Extent::FovDeg(60.0)),
+            width: 16,
+            height: 16,
+            ..v1::View::default()
+        };
+        let wanted = Wanted::new(1, view, &RenderOptions::default()).expect("a view");
+        let waiting = stage.clone();
+        let pick = tokio::spawn(async move { waiting.pick(wanted, DVec2::ONE).await });
+        let order = received.recv().await;
+        assert!(matches!(order, Some(Order::Pick(..))));
+        drop((order, received));
+        stage.ended().await;
+        assert!(stage.has_ended());
+        let outcome = pick.await.expect("no panic");
+        assert!(outcome.is_err_and(|error| error.is_fatal()));
+    }
 }

@@ -8,7 +8,7 @@ use tonic::Status;
 
 use super::picture::{self, Encoded, FINAL_QUALITY};
 use super::scenes::{OpenScene, Visit};
-use super::stage::{Manner, Painted};
+use super::stage::{self, Manner, Painted};
 use super::wanted::{Wanted, Wish};
 use super::{RenderOptions, refuse};
 
@@ -33,7 +33,7 @@ pub(super) async fn frame(
 pub(super) struct Still {
     pub(super) painted: Painted,
     bytes_received: u64,
-    _visit: Visit,
+    pub(super) visit: Visit,
 }
 
 impl Still {
@@ -61,6 +61,7 @@ impl Still {
                 applying = true;
             }
             tokio::select! {
+                () = visit.scene.stage.ended() => return Err(refuse::of_render(&stage::gone())),
                 () = feeder.room.notified() => applying = false,
                 Some(note) = visit.notes.recv() => note.tell(&streamer),
                 event = streamer.next(), if has_room => match event {
@@ -84,6 +85,6 @@ impl Still {
                 break painted;
             }
         };
-        Ok(Self { painted, bytes_received, _visit: visit })
+        Ok(Self { painted, bytes_received, visit })
     }
 }

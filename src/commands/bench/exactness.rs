@@ -22,6 +22,7 @@ const SMALL: FetchLimits = FetchLimits {
     panoramas: 2,
     panorama_radius_m: 60.0,
     image_pixels: 1 << 20,
+    image_side: 8192,
     point_bytes: u64::MAX,
     points: 100_000,
     point_radius_m: 60.0,

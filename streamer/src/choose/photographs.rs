@@ -70,14 +70,17 @@ impl WantedImage {
 
     /// Pixels of its photographs at `level`.
     fn pixels(&self, level: u32) -> u64 {
-        let side = |size: UVec2| u64::from(size.x) * u64::from(size.y);
-        let projection = &self.rig_camera().projection;
-        let size = projection.level_size(level);
-        let one = match projection {
-            Projection::Pinhole(_) => side(size),
-            Projection::Equirectangular { .. } => side(UVec2::splat(size.x / 4)),
-        };
-        one * self.photographs.len() as u64
+        let size = photograph_size(&self.rig_camera().projection, level);
+        u64::from(size.x) * u64::from(size.y) * self.photographs.len() as u64
+    }
+}
+
+/// Of one photograph of a stored image's level.
+fn photograph_size(projection: &Projection, level: u32) -> UVec2 {
+    let size = projection.level_size(level);
+    match projection {
+        Projection::Pinhole(_) => size,
+        Projection::Equirectangular { .. } => UVec2::splat(size.x / 4),
     }
 }
 
@@ -107,11 +110,11 @@ pub(crate) fn choose_photographs(
     let (mut wanted, mut coarse, mut rigs) = (Vec::new(), Vec::new(), 0);
     for panorama in panoramas {
         if rigs < limits.panoramas {
-            let images = images_of(&panorama, &samples, excluded)?;
+            let images = images_of(&panorama, &samples, limits.image_side, excluded)?;
             rigs += usize::from(!images.is_empty());
             wanted.extend(images);
         } else if standing.contains(&panorama.id) {
-            coarse.extend(images_of(&panorama, &samples, excluded)?);
+            coarse.extend(images_of(&panorama, &samples, limits.image_side, excluded)?);
         }
     }
     coarse.iter_mut().for_each(|image| image.level = image.first_level);
@@ -196,6 +199,7 @@ fn stored_images(panorama: &Panorama) -> Result<Vec<Photographs>, IdError> {
 fn images_of(
     panorama: &Arc<Panorama>,
     samples: &Samples,
+    most_side: u32,
     excluded: &(dyn Fn(&ImageId) -> bool + Send + Sync),
 ) -> Result<Vec<WantedImage>, IdError> {
     let mut images = Vec::new();
@@ -221,11 +225,14 @@ fn images_of(
         let first_level = (0..camera.level_count())
             .find(|level| side(level) <= FIRST_SIDE_PX)
             .unwrap_or(coarsest);
+        let finest = (0..=coarsest)
+            .find(|&level| photograph_size(&camera.projection, level).max_element() <= most_side)
+            .unwrap_or(coarsest);
         images.push(WantedImage {
             panorama: Arc::clone(panorama),
             camera: index,
             photographs,
-            level: level.min(coarsest),
+            level: level.clamp(finest, coarsest),
             first_level,
             share_anywhere: 0.0,
             share: 0.0,

@@ -130,6 +130,19 @@ fn the_level_is_the_coarsest_that_is_sharp_enough() {
 }
 
 #[test]
+fn what_is_too_large_for_the_receiver_is_taken_coarser() {
+    let level = |camera, image_side| {
+        let limits = FetchLimits { image_side, ..FetchLimits::default() };
+        choose(vec![panorama("p", DVec3::Y * -0.5, vec![camera])], &limits)[0].level
+    };
+    let sides = [1024, 1023, 256, 1].map(|side| level(camera("c", 0.0, 1024), side));
+    assert_eq!(sides[..3], [0, 1, 2]);
+    assert_eq!(sides[3], level(camera("c", 0.0, 1024), 2), "the coarsest, where none is so small");
+    // Of a sphere the faces count, a quarter as wide.
+    assert_eq!([512, 511].map(|side| level(sphere("s", 2048), side)), [0, 1]);
+}
+
+#[test]
 fn too_many_pixels_make_all_coarser() {
     let all: Vec<_> = (1..=4)
         .map(|i| panorama(&format!("p{i}"), DVec3::Y * f64::from(-i), vec![camera("c", 0.0, 512)]))
