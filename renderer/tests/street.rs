@@ -2,12 +2,14 @@
 
 mod common;
 
+use std::collections::BTreeMap;
+
 use common::*;
 use flaneur_renderer::{Frame, Mode, Settings, Surface};
 use flaneur_scene::{
     Distortion, Intrinsics, Lens, PosedCamera, SceneUpdate, View, srgb_from_linear,
 };
-use glam::{DVec2, DVec3, UVec2};
+use glam::{DVec2, DVec3, IVec2, UVec2, Vec3};
 use tolerances::{
     DEPTH_MODE_255, ELEVATION_WRONG_SHARE, FAR_AWAY_255, FILTERED_255, OWN_PHOTOGRAPH_MEAN_255,
     POLE_WRONG_SHARE, RESAMPLED_255, RESAMPLED_MEAN_255, SMEARED_SHARE,
@@ -366,10 +368,7 @@ fn modes_show_the_same_scene_in_their_own_way() {
             Mode::Points | Mode::PointsColour => {
                 assert!(meshes == 0 && points >= shows(&hybrid, point));
             }
-            Mode::Wireframe => {
-                let dark = frame.rgba.chunks_exact(4).filter(|p| p[0] < 20).count();
-                assert!(dark > 500 && dark < 20_000, "{dark} pixels of edges");
-            }
+            Mode::Wireframe => assert_shows_edges(&frame, &view, &street, &[0, 2, 3]),
             Mode::Depth => {
                 // 10 / (10 + depth), of the wall 6.8 m ahead of the eye.
                 let truth = street.picture(&view.camera);
@@ -389,5 +388,54 @@ fn modes_show_the_same_scene_in_their_own_way() {
             }
             _ => assert_eq!(frame.surfaces, hybrid.surfaces, "{mode:?}"),
         }
+    }
+}
+
+/// Every edge of the mesh that nothing hides is dark, to a pixel, and nothing but edges. Where walls meet the
+/// ground a pixel shows one or the other.
+fn assert_shows_edges(frame: &Frame, view: &View, street: &Street, meshed: &[usize]) {
+    let mesh = street.mesh(meshed, 0.0);
+    let is_dark = |at: IVec2| frame.rgba[4 * (at.y as u32 * SIZE.x + at.x as u32) as usize] < 20;
+    let around = |at: IVec2| (0..9).map(move |i| at + IVec2::new(i % 3 - 1, i / 3 - 1));
+    let inner = |at: IVec2| at.cmpgt(IVec2::ONE).all() && (at + 2).as_uvec2().cmplt(SIZE).all();
+    let place = |index: u32| Vec3::from(mesh.vertices[index as usize].position).as_dvec3();
+    let triangles = mesh.indices.chunks_exact(3);
+    let edges = triangles.flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]);
+    let eye = view.eye() - street.origin;
+    let is_seen = |place: DVec3| {
+        let direction = (place - eye).normalize();
+        let first = street.trace(eye, direction);
+        first.is_none_or(|first| first.distance > place.distance(eye) - 0.02)
+    };
+    // Whether any of what falls on a pixel is seen.
+    let mut on_edges: BTreeMap<[i32; 2], bool> = BTreeMap::new();
+    for (a, b) in edges {
+        for i in 0..=2000 {
+            let on_edge = place(a).lerp(place(b), f64::from(i) / 2000.0);
+            let Some((pixel, _)) = view.camera.project(street.origin + on_edge) else { continue };
+            let at = pixel.floor().as_ivec2();
+            if inner(at) {
+                let meets_ground = place(a).z == 0.0 && place(b).z == 0.0 && on_edge.x >= 6.0;
+                *on_edges.entry(at.to_array()).or_default() |= !meets_ground && is_seen(on_edge);
+            }
+        }
+    }
+    let is_mesh = |at: IVec2| {
+        let shown = frame.surfaces[(at.y as u32 * SIZE.x + at.x as u32) as usize];
+        matches!(shown, Surface::MeshColoured | Surface::MeshUncoloured)
+    };
+    let seen: Vec<IVec2> = on_edges
+        .iter()
+        .filter(|(_, seen)| **seen)
+        .map(|(at, _)| IVec2::from(*at))
+        .filter(|at| around(*at).all(is_mesh))
+        .collect();
+    assert!(seen.len() > 300, "{} pixels of edges", seen.len());
+    for at in seen {
+        assert!(around(at).any(is_dark), "an edge is missing at {at}");
+    }
+    for at in pixels(SIZE).map(|pixel| pixel.as_ivec2()).filter(|at| inner(*at)) {
+        let beside = around(at).any(|other| on_edges.contains_key(&other.to_array()));
+        assert!(!is_dark(at) || !around(at).all(inner) || beside, "there is no edge at {at}");
     }
 }

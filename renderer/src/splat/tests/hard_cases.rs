@@ -128,6 +128,15 @@ fn a_million_points_on_one_pixel() {
         assert_eq!(found[pixel].1, nearest[0] as u32);
         assert!(*found == shown[0], "{way:?} differs");
     }
+    // As deep as f64 has it.
+    points.positions = vec![points.positions[nearest[0]]];
+    points.normals.truncate(1);
+    let pinhole = Pinhole::for_view(&camera.lens, 4096, 1 << 20).expect("a pinhole");
+    let alone = reference_points(&camera, &pinhole, &points, SplatNormals::Eye);
+    let centre = DVec2::new(51.5, 29.5);
+    let expected = super::nearest(&alone, pinhole.focal, pinhole.centre, centre).expect("a disc");
+    let found = f64::from(f32::from_bits(shown[0][pixel].0));
+    assert!((found - expected.depth_m).abs() < DEPTH_M, "{found} m for {expected:?}");
 }
 
 /// What devices let a shader bind at once may be less than what is kept of a picture's pixels.
