@@ -36,7 +36,9 @@ pub struct Settings {
     /// Radius of a splat as a share of the distance between points. A square grid closes
     /// up from 0.71.
     pub splat_scale: f32,
-    /// Largest radius of a splat, metres: coarse levels stay points rather than become walls.
+    /// Largest radius of a splat, metres: coarse levels stay points rather than become walls. Where points are
+    /// so far apart that not even such splats touch, none closes a surface, and each hides what is
+    /// behind it: there they are smaller, by the square of the distance.
     pub max_splat_radius_m: f32,
     /// Which way splats face.
     pub splat_normals: SplatNormals,
@@ -210,6 +212,15 @@ impl Settings {
         decided == *other
     }
 
+    /// Radius of a splat, metres, by the distance between points.
+    pub(crate) fn splat_radius_m(&self, spacing_m: f32) -> f32 {
+        let most_m = self.max_splat_radius_m;
+        let touching_m = 2.0 * most_m;
+        // What is no number has the largest.
+        let closeness = touching_m / spacing_m.max(touching_m);
+        (spacing_m * self.splat_scale).min(most_m) * closeness * closeness
+    }
+
     /// How the memory is divided.
     pub(crate) fn shares(&self) -> Shares {
         Shares::of(self.gpu_memory_bytes)
@@ -318,5 +329,24 @@ impl Default for Settings {
             inferred_hypotheses: 7,
             background: [178, 190, 202],
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn splats_grow_with_the_spacing_until_they_cannot_touch() {
+        let settings =
+            Settings { splat_scale: 0.75, max_splat_radius_m: 0.25, ..Settings::default() };
+        let radii = [0.1, 0.3, 0.4, 0.5, 1.0, 2.0, f32::NAN].map(|m| settings.splat_radius_m(m));
+        for (radius, expected) in
+            radii.into_iter().zip([0.075, 0.225, 0.25, 0.25, 0.0625, 0.015625, 0.25])
+        {
+            assert!((radius - expected).abs() < 1e-6f32, "{radii:?}");
+        }
+        assert!(settings.splat_radius_m(0.501) > 0.248, "without a jump");
+        assert_eq!(settings.splat_radius_m(f32::INFINITY), 0.0);
     }
 }

@@ -113,8 +113,7 @@ impl PointStore {
     ) -> Result<Change, RenderError> {
         check(chunk)?;
         let id = chunk.id;
-        let radius =
-            |spacing_m: f32| (spacing_m * settings.splat_scale).min(settings.max_splat_radius_m);
+        let radius = |spacing_m: f32| settings.splat_radius_m(spacing_m);
         let radius_m = radius(chunk.spacing_m);
         let drawable = drawable(chunk, radius, self.pages.with_normals());
         let Drawable { records, radii, normals, boxes, stations } = drawable;

@@ -91,8 +91,16 @@ pub(super) fn points(
     chunks: &BTreeMap<PointNodeId, Arc<PointChunk>>,
     settings: &Settings,
 ) -> Vec<Point> {
+    let most_m = f64::from(settings.max_splat_radius_m);
     let radius = |spacing_m: f32| {
-        f64::from((spacing_m * settings.splat_scale).min(settings.max_splat_radius_m))
+        let spacing_m = f64::from(spacing_m);
+        let radius_m = (spacing_m * f64::from(settings.splat_scale)).min(most_m);
+        // Discs that cannot touch their neighbours close nothing.
+        if spacing_m > 2.0 * most_m {
+            radius_m * (2.0 * most_m / spacing_m).powi(2)
+        } else {
+            radius_m
+        }
     };
     let own_radius = |chunk: &PointChunk| radius(chunk.spacing_m);
     let positions = |chunk: &PointChunk| -> Vec<(usize, DVec3)> {

@@ -200,6 +200,8 @@ fn other_settings() {
         Settings { depth_test: false, ..default },
         Settings { refine_by_points: false, depth_map_side: 192, ..default },
         Settings { rigs: 1, splat_scale: 1.0, max_splat_radius_m: 0.05, ..default },
+        // Discs that do not touch.
+        Settings { max_splat_radius_m: 0.02, ..default },
     ] {
         let (frame, places, reference) = both(&updates, &view, Mode::Hybrid, settings);
         keep_both(&frame, &reference, "settings");

@@ -133,7 +133,7 @@ fn reference_points(
     normals: SplatNormals,
 ) -> Vec<Point> {
     let settings = Settings::default();
-    let exact = (chunk.spacing_m * settings.splat_scale).min(settings.max_splat_radius_m) / 0.001;
+    let exact = settings.splat_radius_m(chunk.spacing_m) / 0.001;
     // One of the codes of points/record.rs.
     let stored_m = 0.001 * f64::from((8.0 * exact.log2()).round().max(1.0) * 0.125).exp2();
     chunk
@@ -248,7 +248,7 @@ fn views_without_perspective_agree_with_the_reference() {
         // On the plane of the eye rounding decides.
         .filter(|(p, _)| p.z.abs() > 1e-3)
         .collect();
-    let points = chunk(&posed, &points, 1.0);
+    let points = chunk(&posed, &points, 0.5);
     for normals in [SplatNormals::Eye, SplatNormals::Estimated] {
         let shown: Vec<_> =
             ways().into_iter().map(|way| drawn_in(gpu(), &view, &points, way, normals)).collect();
